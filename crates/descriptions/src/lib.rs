@@ -1,1 +1,29 @@
-//! TODO
+//! Robots and objects as checked data.
+//!
+//! A person writes `robot.toml` and `class.toml`; this room reads them, refuses what makes no sense and hands the
+//! rest of the house plain values. Nothing here moves, plans or simulates.
+//!
+//! Reading is parsing, not validating after the fact: a private raw form is deserialised with unknown keys refused
+//! (the error names the nearest known key), then turned into the public type, whose fields always make sense together.
+//! Names of joints and sites are checked against the model where the model is loaded, in `physics` and `motion`.
+//!
+//! Units are SI and radians. Poses are read as `xyz` (m) and `rpy` (rad, fixed axes X, Y, Z as in REP-103).
+
+mod error;
+mod object;
+mod placement;
+mod robot;
+mod toml_file;
+mod trajectory;
+
+pub use error::DescriptionError;
+pub use object::{
+    ActionKind, ActionSpec, Approach, Contact, Grasp, JointKind, ObjectClass, ObjectJoint,
+    StateInterval,
+};
+pub use placement::Placement;
+pub use robot::{
+    Arm, Base, Camera, Gripper, Lidar, Lift, RobotDescription, RobotPart, Sensors, TcpFrame,
+};
+pub use toml_file::{nearest_name, read_toml, write_toml};
+pub use trajectory::{JointTrajectory, TrajectoryError, TrajectoryPoint};
