@@ -1,0 +1,79 @@
+//! What can be wrong with a semantic map.
+
+use std::path::PathBuf;
+
+use factotum_descriptions::DescriptionError;
+use factotum_task_planning::operator::OperatorError;
+
+/// Why a semantic map cannot answer, be read or be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MapError {
+    /// No class of that name.
+    #[error("object class `{name}` is not in the map; known: {}", list(known))]
+    NoClass {
+        /// Name asked for.
+        name: String,
+        /// Names there are.
+        known: Vec<String>,
+    },
+    /// No object of that name.
+    #[error("object `{name}` is not in the map; known: {}", list(known))]
+    NoObject {
+        /// Name asked for.
+        name: String,
+        /// Names there are.
+        known: Vec<String>,
+    },
+    /// A goal speaks of a class of which no object has been found.
+    #[error("no {class} has been found in this home; found: {}", list(found))]
+    NothingOfClass {
+        /// The class.
+        class: String,
+        /// Objects there are.
+        found: Vec<String>,
+    },
+    /// An action asks for a state, joint or grasp that its class does not have.
+    #[error("class `{class}` has no {what} `{name}`; it has: {}", list(known))]
+    NotOfClass {
+        /// The class.
+        class: String,
+        /// Kind of thing.
+        what: &'static str,
+        /// Name asked for.
+        name: String,
+        /// Names there are.
+        known: Vec<String>,
+    },
+    /// The classes do not make a planning domain.
+    #[error("the classes make no planning domain: {0}")]
+    Domain(#[from] OperatorError),
+    /// A file of a home folder could not be read or written.
+    #[error("cannot {verb} `{}`: {source}", path.display())]
+    Io {
+        /// What was tried.
+        verb: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// The system's word.
+        source: std::io::Error,
+    },
+    /// A TOML file of a home folder is wrong.
+    #[error(transparent)]
+    Description(#[from] DescriptionError),
+    /// The map file of a home folder is wrong.
+    #[error("map of the home: {0}")]
+    Grid(String),
+    /// A home folder contradicts itself.
+    #[error("home folder `{}`: {problem}", path.display())]
+    Home {
+        /// The folder or file.
+        path: PathBuf,
+        /// What was found and what was wanted.
+        problem: String,
+    },
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "nothing".to_owned() } else { format!("`{}`", names.join("`, `")) }
+}

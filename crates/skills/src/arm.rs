@@ -1,0 +1,240 @@
+//! Moving the arm: plan, time, send, wait, and say why not.
+
+use factotum_control::{
+    Command, GripperGoal, Impedance, MotionStatus, Robot, RobotError, RobotState, ToolPath, send_and_wait,
+};
+use factotum_geometry::Pose;
+use factotum_motion::{
+    IkOptions, IkOutcome, MotionError, PathOutcome, PlanLimits, PlanningScene, RobotModel, ToolLineOptions,
+    plan_joints, plan_tool_line, solve_ik, time_path,
+};
+use rand_chacha::ChaCha8Rng;
+
+use crate::{Failure, Outcome, SkillError};
+
+/// Fraction of the joint speed limits used in free space, and near things.
+const SPEED_FREE: f64 = 0.6;
+const SPEED_NEAR: f64 = 0.25;
+
+/// How long a motion may take beyond its own duration before it counts as stuck, seconds.
+const PATIENCE_SECS: f64 = 5.0;
+
+/// Either the attempt failed, or the machine did.
+#[derive(Debug)]
+pub(crate) enum Stop {
+    Failed(Failure),
+    Error(SkillError),
+}
+
+impl From<Failure> for Stop {
+    fn from(failure: Failure) -> Self {
+        Self::Failed(failure)
+    }
+}
+
+impl From<RobotError> for Stop {
+    fn from(error: RobotError) -> Self {
+        Self::Error(error.into())
+    }
+}
+
+impl From<MotionError> for Stop {
+    fn from(error: MotionError) -> Self {
+        Self::Error(error.into())
+    }
+}
+
+/// Turns the inner result of a skill into what the trait promises.
+pub(crate) fn report(result: Result<Outcome, Stop>) -> Result<Outcome, SkillError> {
+    match result {
+        Ok(outcome) => Ok(outcome),
+        Err(Stop::Failed(failure)) => Ok(Outcome::Failed(failure)),
+        Err(Stop::Error(error)) => Err(error),
+    }
+}
+
+/// What a compliant tool motion needs beside its poses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToolPathNeeds {
+    /// Tool speed, m/s.
+    pub speed_m_per_s: f64,
+    /// Stiffness and damping.
+    pub impedance: Impedance,
+    /// External force at which the motion ends early, N.
+    pub stop_force_n: Option<f64>,
+    /// How near the last pose counts as there, metres.
+    pub tolerance_m: f64,
+}
+
+/// The arm of a robot, for the length of one skill.
+pub struct ArmMotion<'a> {
+    robot: &'a mut dyn Robot,
+    model: &'a RobotModel,
+    rng: &'a mut ChaCha8Rng,
+}
+
+impl std::fmt::Debug for ArmMotion<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ArmMotion").field("robot", &self.model.description().name).finish_non_exhaustive()
+    }
+}
+
+impl<'a> ArmMotion<'a> {
+    /// Takes hold of the robot's arm.
+    pub fn new(robot: &'a mut dyn Robot, model: &'a RobotModel, rng: &'a mut ChaCha8Rng) -> Self {
+        Self { robot, model, rng }
+    }
+
+    pub(crate) fn state(&mut self) -> Result<RobotState, Stop> {
+        Ok(self.robot.state()?)
+    }
+
+    /// Lift and arm positions now.
+    pub(crate) fn configuration(&mut self) -> Result<Vec<f64>, Stop> {
+        let state = self.robot.state()?;
+        Ok(self.model.q_from_state(state.lift_m, &state.arm_positions))
+    }
+
+    /// Plans around obstacles to the nearest reachable of `goals` and goes there.
+    pub(crate) fn go(
+        &mut self,
+        scene: &mut PlanningScene,
+        goals: &[Vec<f64>],
+        object: &str,
+    ) -> Result<(), Stop> {
+        let start = self.configuration()?;
+        let no_way = |detail: String| Failure::NoWay { object: object.to_owned(), detail };
+        match plan_joints(scene, &start, goals, &PlanLimits::default(), self.rng)? {
+            PathOutcome::Solved { path, .. } => self.follow(&path, SPEED_FREE, &format!("move to {object}")),
+            PathOutcome::StartInCollision(pair) => {
+                Err(no_way(format!("`{}` touches `{}` already", pair.0, pair.1)).into())
+            }
+            PathOutcome::GoalInCollision(pair) => {
+                Err(no_way(format!("there, `{}` would touch `{}`", pair.0, pair.1)).into())
+            }
+            PathOutcome::LimitReached { .. } => Err(no_way("the search reached its limit".to_owned()).into()),
+        }
+    }
+
+    /// Plans around obstacles to a named posture and goes there.
+    ///
+    /// # Errors
+    /// [`SkillError`] for faults of the machine; a plan that cannot be found or ends early is an `Ok(Err(failure))`.
+    pub fn go_to_posture(
+        &mut self,
+        scene: &mut PlanningScene,
+        posture: &[f64],
+        name: &str,
+    ) -> Result<Result<(), Failure>, SkillError> {
+        match self.go(scene, &[posture.to_vec()], name) {
+            Ok(()) => Ok(Ok(())),
+            Err(Stop::Failed(failure)) => Ok(Err(failure)),
+            Err(Stop::Error(error)) => Err(error),
+        }
+    }
+
+    /// Follows a joint path that was planned near things, slowly.
+    pub(crate) fn follow_near(&mut self, path: &[Vec<f64>], doing: &str) -> Result<(), Stop> {
+        self.follow(path, SPEED_NEAR, doing)
+    }
+
+    fn follow(&mut self, path: &[Vec<f64>], speed: f64, doing: &str) -> Result<(), Stop> {
+        if path.len() < 2 {
+            return Ok(());
+        }
+        let trajectory = time_path(self.model, path, speed)?;
+        let timeout_secs = trajectory.duration_secs() + PATIENCE_SECS;
+        self.send(Command::Joints(trajectory), timeout_secs, doing).map(|_| ())
+    }
+
+    /// Moves the tool compliantly through poses in the base frame.
+    pub(crate) fn tool(
+        &mut self,
+        poses: &[Pose],
+        needs: &ToolPathNeeds,
+        doing: &str,
+    ) -> Result<MotionStatus, Stop> {
+        /// A turn of one radian takes as long as this many metres.
+        const METRES_PER_RADIAN: f64 = 0.15;
+        let mut time_secs = 0.0;
+        let mut timed: Vec<(f64, Pose)> = Vec::with_capacity(poses.len());
+        for pose in poses {
+            if let Some((_, before)) = timed.last() {
+                let way = (pose.translation.vector - before.translation.vector).norm()
+                    + METRES_PER_RADIAN * before.rotation.angle_to(&pose.rotation);
+                time_secs += way / needs.speed_m_per_s;
+            }
+            timed.push((time_secs, *pose));
+        }
+        let path = ToolPath {
+            base_from_tcp: timed,
+            impedance: needs.impedance,
+            stop_force_n: needs.stop_force_n,
+            tolerance_m: needs.tolerance_m,
+        };
+        self.send(Command::Tool(path), time_secs + PATIENCE_SECS, doing)
+    }
+
+    /// Opens or closes the gripper and returns how far open it ended.
+    pub(crate) fn grip(&mut self, opening: f64, force_n: f64) -> Result<f64, Stop> {
+        const TIMEOUT_SECS: f64 = 4.0;
+        if self.model.description().gripper.is_some() {
+            let goal = GripperGoal { opening, force_n };
+            send_and_wait(self.robot, Command::Gripper(goal), TIMEOUT_SECS, &mut |_| Ok(true))?;
+        }
+        Ok(self.robot.state()?.gripper_opening)
+    }
+
+    fn send(&mut self, command: Command, timeout_secs: f64, doing: &str) -> Result<MotionStatus, Stop> {
+        let status = send_and_wait(self.robot, command, timeout_secs, &mut |_| Ok(true))?;
+        match status {
+            MotionStatus::Done | MotionStatus::Guarded => Ok(status),
+            MotionStatus::Preempted | MotionStatus::Active => Err(Failure::OnRequest.into()),
+            MotionStatus::Aborted(reason) => {
+                Err(Failure::Stopped { doing: doing.to_owned(), reason }.into())
+            }
+        }
+    }
+}
+
+/// A way for the tool: a posture to start from, and the joint path along the poses.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ToolWay {
+    /// Posture at the first pose, free of collisions.
+    pub(crate) start: Vec<f64>,
+    /// Joint path from `start` through all poses.
+    pub(crate) path: Vec<Vec<f64>>,
+    /// Manipulability at the start (Eq. 3.2), the larger the better.
+    pub(crate) manipulability: f64,
+}
+
+/// Looks for a posture at the first pose from which the tool can follow all the others.
+///
+/// `free` is the scene for the posture at the first pose, `near` the one for the way on, in which contacts may be
+/// allowed. The error says how near the best try came.
+pub(crate) fn find_tool_way(
+    free: &mut PlanningScene,
+    near: &mut PlanningScene,
+    poses: &[Pose],
+    seeds: &[Vec<f64>],
+    rng: &mut ChaCha8Rng,
+) -> Result<Result<ToolWay, String>, MotionError> {
+    let Some(first) = poses.first() else { return Ok(Err("no poses".to_owned())) };
+    let options = IkOptions { avoid_collision: true, ..IkOptions::default() };
+    match solve_ik(free, first, seeds, &options, rng)? {
+        IkOutcome::Failed { best_position_error_m, collision, .. } => Ok(Err(match collision {
+            Some((a, b)) => format!("`{a}` would touch `{b}`"),
+            None => format!("nearest posture is {best_position_error_m:.2} m off"),
+        })),
+        IkOutcome::Solved { q, manipulability, .. } => {
+            match plan_tool_line(near, &q, &poses[1..], &ToolLineOptions::default())? {
+                Ok(path) => Ok(Ok(ToolWay { start: q, path, manipulability })),
+                Err(failure) => Ok(Err(format!(
+                    "the tool gets only {:.0} % of the way: {}",
+                    100.0 * failure.fraction_done,
+                    failure.reason
+                ))),
+            }
+        }
+    }
+}

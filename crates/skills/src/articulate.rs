@@ -1,0 +1,175 @@
+//! Articulate: move a joint of an object from an initiation to a termination position (thesis 6.2.1, 6.3.1).
+//!
+//! The action is given in Λ: the tool follows the motion of the link it holds or pushes, as the object's kinematic
+//! model τ says. I: a posture exists from which the arm can follow the whole arc. π: the arc under variable impedance,
+//! so that errors of Γ and τ become small forces instead of large ones. β: the tool reached the end of the arc, or met
+//! more force than the joint takes.
+
+use factotum_control::{Impedance, Robot, RobotState};
+use factotum_descriptions::{ActionSpec, Contact, Grasp, ObjectJoint};
+use factotum_geometry::Pose;
+use factotum_motion::PlanningScene;
+use nalgebra::Translation3;
+use rand_chacha::ChaCha8Rng;
+
+use crate::arm::{ArmMotion, Stop, ToolPathNeeds, ToolWay, find_tool_way, report};
+use crate::pick::{grip_force, line, scenes};
+use crate::{Failure, Initiation, Outcome, Situation, Skill, SkillError};
+
+/// Angle (rad) or way (m) between poses of the arc.
+const ARC_STEP: f64 = 0.05;
+/// How far before the contact the approach begins, metres.
+const STANDOFF_M: f64 = 0.08;
+/// Tool speed on the arc, m/s.
+const SPEED_M_PER_S: f64 = 0.06;
+/// The tool may miss the end of the arc by this much, metres: the joint's own state is looked at afterwards.
+const TOLERANCE_M: f64 = 0.05;
+/// Turns tried for a grasp that may be turned about the object's z axis.
+const N_TURNS: usize = 8;
+
+/// Moves a joint of the situation's object as the action says.
+#[derive(Debug, Clone)]
+pub struct Articulate {
+    /// The action, of the object's class.
+    pub action: ActionSpec,
+}
+
+struct Arc {
+    before: Pose,
+    poses: Vec<Pose>,
+    termination: f64,
+    way: ToolWay,
+}
+
+impl Articulate {
+    fn joint<'a>(&self, situation: &'a Situation) -> Result<&'a ObjectJoint, Failure> {
+        let class = &situation.object.class;
+        let name = self.action.joint.as_deref().unwrap_or_default();
+        class.joint(name).ok_or_else(|| Failure::NotDescribed {
+            class: class.name.clone(),
+            what: format!("joint `{name}`"),
+        })
+    }
+
+    fn grasps<'a>(&self, situation: &'a Situation) -> Vec<&'a Grasp> {
+        let named = |grasp: &&Grasp| self.action.grasp.as_ref().is_none_or(|name| *name == grasp.name);
+        situation.object.class.grasps.iter().filter(named).collect()
+    }
+
+    /// The first arc that the arm can follow.
+    fn arc(
+        &self,
+        situation: &Situation,
+        seed: &[f64],
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Result<Arc, Failure>, SkillError> {
+        let object = &situation.object;
+        let joint = match self.joint(situation) {
+            Ok(joint) => joint,
+            Err(failure) => return Ok(Err(failure)),
+        };
+        let from = object.joints.get(&joint.name).copied().or(self.action.initiation).unwrap_or(0.0);
+        let to = self.action.termination.unwrap_or(from);
+        let n_steps = ((to - from).abs() / ARC_STEP).ceil().max(1.0) as usize;
+        let (mut free, mut near) = scenes(situation)?;
+        let opening = if self.action.contact == Contact::Push { 0.0 } else { 1.0 };
+        free.set_gripper(opening);
+        near.set_gripper(opening);
+        let seeds = [seed.to_vec(), situation.robot.q_ready()];
+        let mut detail = "its class has no grasp".to_owned();
+        for grasp in self.grasps(situation) {
+            for object_from_tcp in factotum_motion::grasps::tool_poses(grasp, N_TURNS) {
+                let at = |position: f64| object.base_from_object * joint.motion(0.0, position) * object_from_tcp;
+                let before = at(from) * Translation3::new(0.0, 0.0, -STANDOFF_M);
+                let poses: Vec<Pose> = (0..=n_steps)
+                    .map(|step| at(from + (to - from) * step as f64 / n_steps as f64))
+                    .collect();
+                let all: Vec<Pose> = std::iter::once(before).chain(poses.iter().copied()).collect();
+                match find_tool_way(&mut free, &mut near, &all, &seeds, rng)? {
+                    Ok(way) => return Ok(Ok(Arc { before, poses, termination: to, way })),
+                    Err(reason) => detail = reason,
+                }
+            }
+        }
+        Ok(Err(Failure::OutOfReach { object: object.name.clone(), detail }))
+    }
+
+    fn attempt(
+        &self,
+        robot: &mut dyn Robot,
+        situation: &Situation,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Outcome, Stop> {
+        let name = &situation.object.name;
+        let joint = self.joint(situation)?.name.clone();
+        let state = robot.state()?;
+        let seed = situation.robot.q_from_state(state.lift_m, &state.arm_positions);
+        let arc = self.arc(situation, &seed, rng).map_err(Stop::Error)??;
+        let (mut free, mut near) = scenes(situation).map_err(Stop::Error)?;
+        let is_push = self.action.contact == Contact::Push;
+        let mut planning_rng = rng.clone();
+        let mut arm = ArmMotion::new(robot, &situation.robot, rng);
+        arm.grip(if is_push { 0.0 } else { 1.0 }, grip_force(situation))?;
+        set_opening(&mut free, &mut near, is_push);
+        arm.go(&mut free, std::slice::from_ref(&arc.way.start), name)?;
+        let q = arm.configuration()?;
+        let contact = arc.poses[0];
+        let to_contact = line(&mut near, &q, &[contact], name, &mut planning_rng)?;
+        arm.follow_near(&to_contact, &format!("approach {name}"))?;
+        if !is_push {
+            arm.grip(0.0, grip_force(situation))?;
+        }
+        let needs = ToolPathNeeds {
+            speed_m_per_s: SPEED_M_PER_S,
+            impedance: Impedance { kp_position: 200.0, kp_rotation: 100.0, damping_ratio: 1.0 },
+            stop_force_n: None,
+            tolerance_m: TOLERANCE_M,
+        };
+        let moved = arm.tool(&arc.poses, &needs, &format!("move {joint} of {name}"));
+        if !is_push {
+            arm.grip(1.0, grip_force(situation))?;
+        }
+        // Back off even when the arc failed: a skill ends in free space (thesis 3.4.1).
+        let last = arc.poses.last().copied().unwrap_or(arc.before);
+        let clear = last * Translation3::new(0.0, 0.0, -STANDOFF_M);
+        let gentle = ToolPathNeeds { tolerance_m: STANDOFF_M, ..needs };
+        let backed_off = arm.tool(&[last, clear], &gentle, &format!("back off from {name}"));
+        moved?;
+        backed_off?;
+        Ok(Outcome::Done { tcp_from_held: None, joints: [(joint, arc.termination)].into() })
+    }
+}
+
+fn set_opening(free: &mut PlanningScene, near: &mut PlanningScene, is_push: bool) {
+    let opening = if is_push { 0.0 } else { 1.0 };
+    free.set_gripper(opening);
+    near.set_gripper(opening);
+}
+
+impl Skill for Articulate {
+    fn name(&self) -> &str {
+        &self.action.name
+    }
+
+    fn initiation(
+        &self,
+        situation: &Situation,
+        state: &RobotState,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Initiation, SkillError> {
+        let seed = situation.robot.q_from_state(state.lift_m, &state.arm_positions);
+        Ok(match self.arc(situation, &seed, rng)? {
+            Ok(_) => Initiation::Possible,
+            Err(failure) => Initiation::Impossible(failure),
+        })
+    }
+
+    fn run(
+        &self,
+        robot: &mut dyn Robot,
+        situation: &Situation,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Outcome, SkillError> {
+        report(self.attempt(robot, situation, rng))
+    }
+}

@@ -1,0 +1,144 @@
+//! Place: release the held object at a pose in another object's frame (thesis 6.3.1, "throw away").
+//!
+//! I: the gripper holds the object, and some turn of the release pose can be reached. π: go there, open, back off along
+//! the tool's z axis. β: the fingers are open and the tool is clear.
+
+use factotum_control::{Robot, RobotState};
+use factotum_geometry::Pose;
+use factotum_motion::PlanningScene;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use rand_chacha::ChaCha8Rng;
+
+use crate::arm::{ArmMotion, Stop, ToolWay, find_tool_way, report};
+use crate::pick::{grip_force, line};
+use crate::{Failure, Initiation, Outcome, Situation, Skill, SkillError};
+
+/// Turns of the object about the target's z axis that are tried.
+const N_TURNS: usize = 12;
+/// Extra heights tried above the taught one: dropping from a little higher is better than not at all, metres.
+const EXTRA_HEIGHTS_M: [f64; 3] = [0.0, 0.06, 0.12];
+/// How far the tool backs off after the release, metres.
+const BACK_OFF_M: f64 = 0.08;
+
+/// Releases what the gripper holds at `target_from_object`, a pose in the frame of the situation's target.
+#[derive(Debug, Clone)]
+pub struct Place {
+    /// Λ of the held object in Λ of the target at release; its turn about the target's z axis is free.
+    pub target_from_object: Pose,
+}
+
+impl Place {
+    fn release_poses(&self, situation: &Situation) -> Result<Vec<Pose>, Failure> {
+        let (Some(target), Some(held)) = (&situation.target, &situation.held) else {
+            return Err(Failure::NotDescribed {
+                class: situation.object.class.name.clone(),
+                what: "target, or nothing is held".to_owned(),
+            });
+        };
+        let mut poses = Vec::with_capacity(N_TURNS * EXTRA_HEIGHTS_M.len());
+        for extra_m in EXTRA_HEIGHTS_M {
+            for turn in 0..N_TURNS {
+                let yaw = std::f64::consts::TAU * turn as f64 / N_TURNS as f64;
+                let spin = Isometry3::from_parts(
+                    Translation3::new(0.0, 0.0, extra_m),
+                    UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw),
+                );
+                let at = Isometry3::from_parts(
+                    self.target_from_object.translation,
+                    spin.rotation * self.target_from_object.rotation,
+                );
+                let raised = Translation3::new(0.0, 0.0, extra_m) * at;
+                poses.push(target.base_from_object * raised * held.tcp_from_object.inverse());
+            }
+        }
+        Ok(poses)
+    }
+
+    fn scene(situation: &Situation) -> Result<PlanningScene, SkillError> {
+        let mut obstacles = situation.obstacles.clone();
+        obstacles.extend(situation.target.iter().map(crate::ObjectView::as_obstacle));
+        let held = situation.held.as_ref().map(crate::HeldView::as_held);
+        Ok(PlanningScene::new(&situation.robot, &obstacles, held.as_ref())?)
+    }
+
+    fn way(
+        &self,
+        situation: &Situation,
+        seed: &[f64],
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Result<(ToolWay, Pose), Failure>, SkillError> {
+        let poses = match self.release_poses(situation) {
+            Ok(poses) => poses,
+            Err(failure) => return Ok(Err(failure)),
+        };
+        let mut scene = Self::scene(situation)?;
+        let mut again = Self::scene(situation)?;
+        let seeds = [seed.to_vec(), situation.robot.q_ready()];
+        let mut detail = String::new();
+        for pose in poses {
+            match find_tool_way(&mut scene, &mut again, &[pose], &seeds, rng)? {
+                Ok(way) => return Ok(Ok((way, pose))),
+                Err(reason) => detail = reason,
+            }
+        }
+        let object = situation.target.as_ref().map_or_else(String::new, |target| target.name.clone());
+        Ok(Err(Failure::OutOfReach { object, detail }))
+    }
+
+    fn attempt(
+        &self,
+        robot: &mut dyn Robot,
+        situation: &Situation,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Outcome, Stop> {
+        let state = robot.state()?;
+        let seed = situation.robot.q_from_state(state.lift_m, &state.arm_positions);
+        let (way, pose) = self.way(situation, &seed, rng).map_err(Stop::Error)??;
+        let target = situation.target.as_ref().map_or("the target", |target| target.name.as_str());
+        let mut scene = Self::scene(situation).map_err(Stop::Error)?;
+        let mut planning_rng = rng.clone();
+        let mut arm = ArmMotion::new(robot, &situation.robot, rng);
+        arm.go(&mut scene, &[way.start], target)?;
+        arm.grip(1.0, grip_force(situation))?;
+        let mut empty = PlanningScene::new(&situation.robot, &situation.obstacles, None)?;
+        empty.set_gripper(1.0);
+        let q = arm.configuration()?;
+        let back = pose * Translation3::new(0.0, 0.0, -BACK_OFF_M);
+        let up = Translation3::new(0.0, 0.0, BACK_OFF_M) * pose;
+        for retreat in [back, up] {
+            if let Ok(path) = line(&mut empty, &q, &[retreat], target, &mut planning_rng) {
+                arm.follow_near(&path, "back off")?;
+                break;
+            }
+        }
+        Ok(Outcome::Done { tcp_from_held: None, joints: Default::default() })
+    }
+}
+
+impl Skill for Place {
+    fn name(&self) -> &str {
+        "place"
+    }
+
+    fn initiation(
+        &self,
+        situation: &Situation,
+        state: &RobotState,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Initiation, SkillError> {
+        let seed = situation.robot.q_from_state(state.lift_m, &state.arm_positions);
+        Ok(match self.way(situation, &seed, rng)? {
+            Ok(_) => Initiation::Possible,
+            Err(failure) => Initiation::Impossible(failure),
+        })
+    }
+
+    fn run(
+        &self,
+        robot: &mut dyn Robot,
+        situation: &Situation,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Outcome, SkillError> {
+        report(self.attempt(robot, situation, rng))
+    }
+}
