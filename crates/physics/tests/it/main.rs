@@ -1,0 +1,3 @@
+//! Tests of the physics room.
+
+mod basics;
