@@ -1,0 +1,55 @@
+//! The two directions of the wire.
+
+use serde::{Deserialize, Serialize};
+use ts_rs::TS;
+
+use crate::{Aosm, BasePath, Done, Event, OccupancyMap, Plan, Scene, State, Status};
+
+/// From studio to page.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, TS)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum ServerMessage {
+    /// First message of every connection. The whole picture follows, so what the page showed
+    /// before is forgotten.
+    Hello(Hello),
+    /// Bodies to draw.
+    Scene(Scene),
+    /// Where they are now.
+    State(State),
+    /// The occupancy grid.
+    Map(OccupancyMap),
+    /// Objects and navigation regions.
+    Aosm(Aosm),
+    /// The plan.
+    Plan(Plan),
+    /// Where the base is about to drive.
+    BasePath(BasePath),
+    /// What the robot is at.
+    Status(Status),
+    /// Something happened.
+    Event(Event),
+    /// The job is over.
+    Done(Done),
+}
+
+/// Who is speaking.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, TS)]
+#[serde(deny_unknown_fields)]
+pub struct Hello {
+    /// The sender's [`VERSION`](crate::VERSION).
+    pub version: u32,
+    /// Random name of this run of the studio: a page that comes back to another one knows it.
+    pub session: String,
+}
+
+/// From page to studio.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, TS)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum ClientMessage {
+    /// Hold still until [`Resume`](Self::Resume).
+    Pause,
+    /// Go on after a pause.
+    Resume,
+    /// Stop the job for good. Overrides every command that still waits.
+    Stop,
+}
