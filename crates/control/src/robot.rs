@@ -92,7 +92,11 @@ pub struct Impedance {
 impl Default for Impedance {
     /// 150 1/s² and critical damping: the middle of the range `[0, 300]` that the thesis' experiments use.
     fn default() -> Self {
-        Self { kp_position: 150.0, kp_rotation: 150.0, damping_ratio: 1.0 }
+        Self {
+            kp_position: 150.0,
+            kp_rotation: 150.0,
+            damping_ratio: 1.0,
+        }
     }
 }
 
@@ -254,7 +258,9 @@ pub fn send_and_wait(
         }
         if robot.state()?.time_secs - started_secs > timeout_secs {
             robot.stop()?;
-            return Ok(MotionStatus::Aborted(format!("not done after {timeout_secs:.0} s")));
+            return Ok(MotionStatus::Aborted(format!(
+                "not done after {timeout_secs:.0} s"
+            )));
         }
     }
 }
