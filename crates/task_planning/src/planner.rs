@@ -7,11 +7,15 @@
 //!
 //! [unsolvable]: PlanOutcome::Unsolvable
 
+mod child_process;
 mod error;
 mod external_command;
 mod fast_downward;
 mod ferroplan;
-
+mod integer_costs;
+mod plan_file;
+mod scratch;
+mod task_check;
 #[cfg(test)]
 mod tests;
 
@@ -19,7 +23,7 @@ use std::time::Duration;
 
 pub use error::PlannerError;
 pub use external_command::ExternalCommand;
-pub use fast_downward::{FastDownward, FastDownwardSearch};
+pub use fast_downward::FastDownward;
 pub use ferroplan::Ferroplan;
 
 use crate::operator::{Domain, Plan, Problem};
@@ -39,6 +43,16 @@ pub trait Planner: std::fmt::Debug + Send + Sync {
         problem: &Problem,
         limits: &Limits,
     ) -> Result<PlanOutcome, PlannerError>;
+}
+
+/// How good a plan is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PlanQuality {
+    /// A plan soon; cheap if that is easy.
+    #[default]
+    Satisficing,
+    /// A cheapest plan by the operators' costs, with proof (a shortest one where there are none).
+    Optimal,
 }
 
 /// What one call may use.
