@@ -11,8 +11,8 @@ use std::f64::consts::{PI, TAU};
 /// Largest `| |q| - 1 |` accepted for a quaternion from outside: text files carry six or more digits.
 pub const QUATERNION_NORM_TOLERANCE: f64 = 1e-3;
 
-/// `|sin(pitch)|` above which roll and yaw are no longer separable to f64 precision; roll is then set to 0.
-const GIMBAL_SIN_PITCH: f64 = 1.0 - 1e-12;
+/// `cos(pitch)` below which roll and yaw are no longer separable in f64; roll is then set to 0.
+const GIMBAL_COS_PITCH: f64 = 1e-12;
 
 /// A rotation or pose from outside that is none.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -96,23 +96,16 @@ pub fn pose_from_xyz_rpy(xyz: [f64; 3], rpy: [f64; 3]) -> Pose {
 #[must_use]
 pub fn xyz_rpy_from_pose(pose: &Pose) -> ([f64; 3], [f64; 3]) {
     let r = pose.rotation.to_rotation_matrix();
-    let sin_pitch = -r[(2, 0)];
-    let rpy = if sin_pitch.abs() > GIMBAL_SIN_PITCH {
-        // At the singularity R = [[0, -s, ..], [0, c, ..], ..] of yaw ∓ roll; with roll = 0 it is yaw.
-        [
-            0.0,
-            sin_pitch.signum() * PI / 2.0,
-            (-r[(0, 1)]).atan2(r[(1, 1)]),
-        ]
-    } else {
-        // atan2 of both sides: asin alone loses half the digits near ±π/2.
-        let cos_pitch = r[(2, 1)].hypot(r[(2, 2)]);
-        [
-            r[(2, 1)].atan2(r[(2, 2)]),
-            sin_pitch.atan2(cos_pitch),
-            r[(1, 0)].atan2(r[(0, 0)]),
-        ]
-    };
+    let cos_pitch = r[(2, 1)].hypot(r[(2, 2)]);
+    let roll = if cos_pitch < GIMBAL_COS_PITCH { 0.0 } else { r[(2, 1)].atan2(r[(2, 2)]) };
+    // atan2 of both sides: asin alone loses half the digits near ±π/2.
+    let pitch = (-r[(2, 0)]).atan2(cos_pitch);
+    // Yaw from R * Rx(-roll) = Rz(yaw) * Ry(pitch), whose second column is (-sin yaw, cos yaw, 0) at any
+    // pitch: near the singularity it takes up what rounding does to roll.
+    let (sin_roll, cos_roll) = roll.sin_cos();
+    let yaw = (r[(0, 2)] * sin_roll - r[(0, 1)] * cos_roll)
+        .atan2(r[(1, 1)] * cos_roll - r[(1, 2)] * sin_roll);
+    let rpy = [roll, pitch, yaw];
     (pose.translation.vector.into(), rpy)
 }
 
