@@ -25,9 +25,6 @@ int fct_spec_parse_text(const char* xml, mjSpec** out) {
 
 void fct_spec_delete(mjSpec* spec) { mj_deleteSpec(spec); }
 
-// Directory against which relative asset paths of a text model are resolved.
-void fct_spec_set_dir(mjSpec* spec, const char* dir) { mjs_setString(spec->modelfiledir, dir); }
-
 int fct_spec_compile(mjSpec* spec, mjModel** out) {
   *out = NULL;
   FCT_GUARDED(*out = mj_compile(spec, NULL));

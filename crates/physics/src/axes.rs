@@ -27,9 +27,8 @@ pub fn pose_from_mujoco(pos: [f64; 3], wxyz: [f64; 4]) -> Pose {
 
 /// A pose from MuJoCo's position and row-major rotation matrix.
 pub(crate) fn pose_from_pos_mat(pos: &[f64], mat: &[f64]) -> Pose {
-    let rotation = nalgebra::Rotation3::from_matrix_unchecked(
-        nalgebra::Matrix3::from_row_slice(mat),
-    );
+    let rotation =
+        nalgebra::Rotation3::from_matrix_unchecked(nalgebra::Matrix3::from_row_slice(mat));
     Pose::from_parts(
         Translation3::new(pos[0], pos[1], pos[2]),
         UnitQuaternion::from_rotation_matrix(&rotation),

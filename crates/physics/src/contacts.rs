@@ -49,19 +49,22 @@ impl State {
 
     /// Contacts between geoms, of the last computation that looked for them.
     pub fn contacts(&self) -> impl Iterator<Item = Contact> + '_ {
-        self.raw_contacts().iter().enumerate().filter_map(|(idx, raw)| {
-            // Negative for a flexible body, which has no geom.
-            let geom_a = GeomId(usize::try_from(raw.geom[0]).ok()?);
-            let geom_b = GeomId(usize::try_from(raw.geom[1]).ok()?);
-            Some(Contact {
-                idx,
-                geom_a,
-                geom_b,
-                point: Point3::from(raw.pos),
-                normal: Vector3::new(raw.frame[0], raw.frame[1], raw.frame[2]),
-                distance_m: raw.dist,
+        self.raw_contacts()
+            .iter()
+            .enumerate()
+            .filter_map(|(idx, raw)| {
+                // Negative for a flexible body, which has no geom.
+                let geom_a = GeomId(usize::try_from(raw.geom[0]).ok()?);
+                let geom_b = GeomId(usize::try_from(raw.geom[1]).ok()?);
+                Some(Contact {
+                    idx,
+                    geom_a,
+                    geom_b,
+                    point: Point3::from(raw.pos),
+                    normal: Vector3::new(raw.frame[0], raw.frame[1], raw.frame[2]),
+                    distance_m: raw.dist,
+                })
             })
-        })
     }
 
     /// Number of contacts, flexible bodies' included.
@@ -76,7 +79,10 @@ impl State {
     pub fn contact_wrench(&self, idx: usize) -> Option<ContactWrench> {
         let raw = self.raw_contacts().get(idx)?;
         if raw.efc_address < 0 {
-            return Some(ContactWrench { force: Vector3::zeros(), torque: Vector3::zeros() });
+            return Some(ContactWrench {
+                force: Vector3::zeros(),
+                torque: Vector3::zeros(),
+            });
         }
         let mut wrench = [0.0; 6];
         // SAFETY: a live model and state, a contact of it, room for 6 values.
@@ -108,20 +114,25 @@ impl State {
             } else {
                 return sum;
             };
-            self.contact_wrench(contact.idx).map_or(sum, |wrench| sum + sign * wrench.force)
+            self.contact_wrench(contact.idx)
+                .map_or(sum, |wrench| sum + sign * wrench.force)
         })
     }
 
     /// Force, N in the world, that everything else does to these geoms: a fingertip's load.
     pub fn contact_force_on(&self, geoms: &[GeomId]) -> Vector3<f64> {
         self.contacts().fold(Vector3::zeros(), |sum, contact| {
-            let sign = match (geoms.contains(&contact.geom_a), geoms.contains(&contact.geom_b)) {
+            let sign = match (
+                geoms.contains(&contact.geom_a),
+                geoms.contains(&contact.geom_b),
+            ) {
                 (false, true) => 1.0,
                 (true, false) => -1.0,
                 // Between two of them, or between two others.
                 _ => return sum,
             };
-            self.contact_wrench(contact.idx).map_or(sum, |wrench| sum + sign * wrench.force)
+            self.contact_wrench(contact.idx)
+                .map_or(sum, |wrench| sum + sign * wrench.force)
         })
     }
 

@@ -90,12 +90,14 @@ impl DepthImage {
         camera: &PinholeCamera,
     ) -> impl Iterator<Item = (usize, Point3<f64>)> + use<'_> {
         let camera = *camera;
-        self.depth_m.iter().enumerate().filter(|(_, depth)| **depth > 0.0).map(
-            move |(i, &depth)| {
+        self.depth_m
+            .iter()
+            .enumerate()
+            .filter(|(_, depth)| **depth > 0.0)
+            .map(move |(i, &depth)| {
                 let ray = camera.ray_in_optical((i % self.width) as f64, (i / self.width) as f64);
                 (i, Point3::from(ray * f64::from(depth)))
-            },
-        )
+            })
     }
 }
 

@@ -132,11 +132,8 @@ unsafe extern "C" {
         point: *const f64,
         body: c_int,
     ) -> c_int;
-    pub(crate) fn fct_full_mass_matrix(
-        m: *const mjModel,
-        d: *const mjData,
-        out: *mut f64,
-    ) -> c_int;
+    pub(crate) fn fct_full_mass_matrix(m: *const mjModel, d: *const mjData, out: *mut f64)
+    -> c_int;
     pub(crate) fn fct_contact_force(
         m: *const mjModel,
         d: *const mjData,
@@ -168,7 +165,6 @@ unsafe extern "C" {
     pub(crate) fn fct_spec_parse_file(path: *const c_char, out: *mut *mut mjSpec) -> c_int;
     pub(crate) fn fct_spec_parse_text(xml: *const c_char, out: *mut *mut mjSpec) -> c_int;
     pub(crate) fn fct_spec_delete(spec: *mut mjSpec);
-    pub(crate) fn fct_spec_set_dir(spec: *mut mjSpec, dir: *const c_char);
     pub(crate) fn fct_spec_compile(spec: *mut mjSpec, out: *mut *mut mjModel) -> c_int;
     pub(crate) fn fct_spec_n_warnings(spec: *const mjSpec) -> c_int;
     pub(crate) fn fct_spec_warning(spec: *const mjSpec, index: c_int) -> *const c_char;
@@ -225,7 +221,10 @@ pub(crate) fn install() {
         unsafe { fct_install_handler() };
         // SAFETY: mj_version takes nothing and reads a constant.
         let found = unsafe { mujoco_rs::mujoco_c::mj_version() };
-        assert_eq!(found, VERSION, "the MuJoCo library is not the version of its bindings");
+        assert_eq!(
+            found, VERSION,
+            "the MuJoCo library is not the version of its bindings"
+        );
     });
 }
 
@@ -234,12 +233,17 @@ pub(crate) fn message() -> String {
     // SAFETY: takes nothing; returns a NUL-terminated buffer of this thread.
     let text = unsafe { fct_message() };
     // SAFETY: as above; the buffer lives as long as the thread, and is copied at once.
-    unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned()
+    unsafe { CStr::from_ptr(text) }
+        .to_string_lossy()
+        .into_owned()
 }
 
 /// The fatal error that `call` left behind.
 pub(crate) fn fatal(call: &'static str) -> PhysicsError {
-    PhysicsError::Engine { call, message: message() }
+    PhysicsError::Engine {
+        call,
+        message: message(),
+    }
 }
 
 /// A C string; names and texts with a NUL byte are refused.

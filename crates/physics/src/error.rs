@@ -85,7 +85,10 @@ pub enum PhysicsError {
         message: String,
     },
     /// A name that the model does not have.
-    #[error("{kind} `{name}` is not in model `{model}`; available: {}", list(available))]
+    #[error(
+        "{kind} `{name}` is not in model `{model}`; available: {}",
+        list(available)
+    )]
     UnknownName {
         /// Kind of part, as `joint`.
         kind: &'static str,
@@ -160,8 +163,12 @@ fn list(names: &[String]) -> String {
     if names.is_empty() {
         return "none".to_owned();
     }
-    let mut text =
-        names.iter().take(N_SHOWN).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    let mut text = names
+        .iter()
+        .take(N_SHOWN)
+        .map(|name| format!("`{name}`"))
+        .collect::<Vec<_>>()
+        .join(", ");
     if names.len() > N_SHOWN {
         text.push_str(&format!(" and {} more", names.len() - N_SHOWN));
     }
@@ -169,5 +176,9 @@ fn list(names: &[String]) -> String {
 }
 
 fn list_paths(paths: &[PathBuf]) -> String {
-    paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
+    paths
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect::<Vec<_>>()
+        .join(", ")
 }

@@ -59,17 +59,26 @@ impl State {
 
     /// Centre of mass of a body.
     pub fn body_com_in_world(&self, body: BodyId) -> Point3<f64> {
-        Point3::from(row::<3>(view!(self, xipos, 3 * self.model().n_bodies()), body.0))
+        Point3::from(row::<3>(
+            view!(self, xipos, 3 * self.model().n_bodies()),
+            body.0,
+        ))
     }
 
     /// Axis of a slide or hinge.
     pub fn joint_axis_in_world(&self, joint: JointId) -> Vector3<f64> {
-        Vector3::from(row::<3>(view!(self, xaxis, 3 * self.model().n_joints()), joint.0))
+        Vector3::from(row::<3>(
+            view!(self, xaxis, 3 * self.model().n_joints()),
+            joint.0,
+        ))
     }
 
     /// Anchor of a joint: a point on the axis of a hinge.
     pub fn joint_anchor_in_world(&self, joint: JointId) -> Point3<f64> {
-        Point3::from(row::<3>(view!(self, xanchor, 3 * self.model().n_joints()), joint.0))
+        Point3::from(row::<3>(
+            view!(self, xanchor, 3 * self.model().n_joints()),
+            joint.0,
+        ))
     }
 
     /// Jacobian of a site: 6 × `n_v`, rows 0..3 the velocity of its origin (m/s), rows 3..6 the
@@ -212,6 +221,10 @@ impl State {
         if qpos.len() == expected {
             return Ok(());
         }
-        Err(PhysicsError::Size { what: "qpos", found: qpos.len(), expected })
+        Err(PhysicsError::Size {
+            what: "qpos",
+            found: qpos.len(),
+            expected,
+        })
     }
 }

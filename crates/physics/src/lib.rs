@@ -73,7 +73,8 @@ pub use model::{GeomShape, JointKind, Model, ModelEdit};
 pub use planar_lidar::planar_scan;
 pub use rays::{RayFilter, RayHit};
 pub use scene::{
-    AttachOptions, AttachPoint, Motion, NewSite, Part, Primitive, SceneBuilder, SceneOptions, Shape,
+    AttachOptions, AttachPoint, Integrator, Motion, NewSite, Part, Primitive, SceneBuilder,
+    SceneOptions, Shape,
 };
 pub use self_collision::{BodyPair, PairKind, self_collision_pairs};
 pub use snapshot::Snapshot;
@@ -81,5 +82,4 @@ pub use spec::{NewActuator, Servo};
 pub use state::State;
 pub use urdf::{UrdfOptions, urdf_to_mjcf};
 
-/// A pose: rotation and translation, m.
-pub type Pose = nalgebra::Isometry3<f64>;
+pub use factotum_geometry::Pose;

@@ -11,9 +11,7 @@ use nalgebra::{Point3, Vector3};
 use crate::Pose;
 use crate::engine;
 use crate::error::PhysicsError;
-use crate::ids::{
-    ActuatorId, BodyId, CameraId, GeomId, JointId, KeyframeId, SensorId, SiteId,
-};
+use crate::ids::{ActuatorId, BodyId, CameraId, GeomId, JointId, KeyframeId, SensorId, SiteId};
 use crate::spec::Spec;
 use crate::tables::Tables;
 
@@ -211,7 +209,9 @@ impl Model {
         // A bad state is an error to report, never a silent return to the start.
         model.opt.disableflags |= mjtDisableBit::mjDSBL_AUTORESET as c_int;
         match Tables::read(model) {
-            Ok(tables) => Ok(Self { inner: Arc::new(ModelInner { raw, tables }) }),
+            Ok(tables) => Ok(Self {
+                inner: Arc::new(ModelInner { raw, tables }),
+            }),
             Err(error) => {
                 // SAFETY: as above; it is not used again.
                 unsafe { mj_deleteModel(raw.as_ptr()) };
@@ -222,11 +222,6 @@ impl Model {
 
     pub(crate) fn as_ptr(&self) -> *const mjModel {
         self.inner.raw.as_ptr()
-    }
-
-    pub(crate) fn raw(&self) -> &mjModel {
-        // SAFETY: alive as long as `inner`, and never written after `from_raw`.
-        unsafe { self.inner.raw.as_ref() }
     }
 
     pub(crate) fn tables(&self) -> &Tables {
@@ -254,7 +249,10 @@ impl Model {
             _ => return Err(engine::fatal("mj_copyModel")),
         };
         // SAFETY: a live model that nothing else holds yet.
-        let result = edit(&mut ModelEdit { raw: unsafe { raw.as_mut() }, tables: self.tables() });
+        let result = edit(&mut ModelEdit {
+            raw: unsafe { raw.as_mut() },
+            tables: self.tables(),
+        });
         if let Err(error) = result {
             // SAFETY: as above; it is not used again.
             unsafe { mj_deleteModel(raw.as_ptr()) };
@@ -380,7 +378,11 @@ impl Model {
 
     /// Joints of a body.
     pub fn joints_of_body(&self, body: BodyId) -> Vec<JointId> {
-        self.tables().bodies[body.0].joints.clone().map(JointId).collect()
+        self.tables().bodies[body.0]
+            .joints
+            .clone()
+            .map(JointId)
+            .collect()
     }
 
     /// Body that carries a geom.
@@ -446,7 +448,10 @@ impl Model {
         for i in body.0 + 1..self.n_bodies() {
             inside[i] = inside[self.tables().bodies[i].parent];
         }
-        (0..self.n_bodies()).filter(|&i| inside[i]).map(BodyId).collect()
+        (0..self.n_bodies())
+            .filter(|&i| inside[i])
+            .map(BodyId)
+            .collect()
     }
 
     /// Geoms directly on a body.
@@ -530,19 +535,25 @@ impl Model {
     /// [`PhysicsError::UnknownName`], listing the names there are.
     pub fn keyframe(&self, name: &str) -> Result<KeyframeId, PhysicsError> {
         let keyframes = &self.tables().keyframes;
-        keyframes.iter().position(|key| !name.is_empty() && key == name).map(KeyframeId).ok_or_else(
-            || PhysicsError::UnknownName {
+        keyframes
+            .iter()
+            .position(|key| !name.is_empty() && key == name)
+            .map(KeyframeId)
+            .ok_or_else(|| PhysicsError::UnknownName {
                 kind: "keyframe",
                 name: name.to_owned(),
                 model: self.name().to_owned(),
                 available: keyframes.clone(),
-            },
-        )
+            })
     }
 
     /// What a degree of freedom belongs to, for messages.
     pub(crate) fn dof_owner(&self, dof: usize) -> String {
-        self.owner(|joint| (joint.dof_adr, joint.kind.n_v()), dof, "degree of freedom")
+        self.owner(
+            |joint| (joint.dof_adr, joint.kind.n_v()),
+            dof,
+            "degree of freedom",
+        )
     }
 
     /// What a position coordinate belongs to, for messages.
@@ -563,7 +574,10 @@ impl Model {
         match found {
             Some(joint) if !joint.name.is_empty() => format!("joint `{}`", joint.name),
             Some(joint) => {
-                format!("an unnamed joint of body `{}`", self.tables().bodies[joint.body].name)
+                format!(
+                    "an unnamed joint of body `{}`",
+                    self.tables().bodies[joint.body].name
+                )
             }
             None => format!("{what} {at}"),
         }

@@ -29,7 +29,12 @@ pub fn planar_scan(
         })
         .collect();
     let origin = Point3::from(world_from_lidar.translation.vector);
-    let hits = state.rays(origin, &directions, &RayFilter::excluding(exclude), range_m[1])?;
+    let hits = state.rays(
+        origin,
+        &directions,
+        &RayFilter::excluding(exclude),
+        range_m[1],
+    )?;
     Ok(hits
         .into_iter()
         .map(|hit| match hit {

@@ -27,14 +27,21 @@ pub struct RayFilter {
 
 impl Default for RayFilter {
     fn default() -> Self {
-        Self { groups: [true; 6], sees_static: true, excluded: Vec::new() }
+        Self {
+            groups: [true; 6],
+            sees_static: true,
+            excluded: Vec::new(),
+        }
     }
 }
 
 impl RayFilter {
     /// Sees all but these bodies.
     pub fn excluding(bodies: &[BodyId]) -> Self {
-        Self { excluded: bodies.to_vec(), ..Self::default() }
+        Self {
+            excluded: bodies.to_vec(),
+            ..Self::default()
+        }
     }
 
     fn group_bytes(&self) -> [u8; 6] {
@@ -43,7 +50,9 @@ impl RayFilter {
 
     /// The one body MuJoCo itself can exclude.
     fn first_excluded(&self) -> c_int {
-        self.excluded.first().map_or(-1, |body| c_int::try_from(body.0).unwrap_or(-1))
+        self.excluded
+            .first()
+            .map_or(-1, |body| c_int::try_from(body.0).unwrap_or(-1))
     }
 }
 
@@ -137,7 +146,10 @@ impl State {
             return Ok(Vec::new());
         }
         let point: [f64; 3] = origin.coords.into();
-        let directions: Vec<f64> = dirs_unit.iter().flat_map(|dir| [dir.x, dir.y, dir.z]).collect();
+        let directions: Vec<f64> = dirs_unit
+            .iter()
+            .flat_map(|dir| [dir.x, dir.y, dir.z])
+            .collect();
         let groups = filter.group_bytes();
         let mut geoms: Vec<c_int> = vec![-1; n];
         let mut distances = vec![-1.0; n];
@@ -164,13 +176,12 @@ impl State {
         let result = hits
             .map(|((&geom, &distance), dir)| {
                 let geom = GeomId(usize::try_from(geom).ok()?);
-                let (distance, geom) =
-                    if filter.excluded.contains(&self.model().geom_body(geom)) {
-                        let hit = self.ray_from(origin, *dir, filter, distance + SKIP_M)?;
-                        (hit.distance_m, hit.geom)
-                    } else {
-                        (distance, geom)
-                    };
+                let (distance, geom) = if filter.excluded.contains(&self.model().geom_body(geom)) {
+                    let hit = self.ray_from(origin, *dir, filter, distance + SKIP_M)?;
+                    (hit.distance_m, hit.geom)
+                } else {
+                    (distance, geom)
+                };
                 (distance <= cutoff_m).then_some((distance, geom))
             })
             .collect();

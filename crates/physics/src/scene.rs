@@ -127,12 +127,26 @@ pub struct Shape {
     pub motion: Motion,
 }
 
+/// How a step integrates velocities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Integrator {
+    /// Semi-implicit Euler, implicit in joint damping only.
+    Euler,
+    /// Implicit in joint damping and in the gains of servos, but not in Coriolis forces: stiff servos
+    /// on light bodies stay stable.
+    ImplicitFast,
+    /// Fourth-order Runge-Kutta; four times the cost, and no [`State::step1`](crate::State::step1).
+    RungeKutta,
+}
+
 /// Physics options of a scene; the defaults are MuJoCo's but for the cone and its impedance ratio,
-/// which are what grasps need to hold.
+/// which are what grasps need to hold, and the integrator, which stiff servos need.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneOptions {
     /// Length of a step, s.
     pub timestep_secs: f64,
+    /// How velocities are integrated.
+    pub integrator: Integrator,
     /// Whether friction cones are elliptic.
     pub elliptic_cone: bool,
     /// Ratio of friction to normal impedance of elliptic cones.
@@ -147,6 +161,7 @@ impl Default for SceneOptions {
     fn default() -> Self {
         Self {
             timestep_secs: 0.002,
+            integrator: Integrator::ImplicitFast,
             elliptic_cone: true,
             impratio: 10.0,
             gravity: [0.0, 0.0, -9.81],
@@ -233,7 +248,14 @@ impl SceneBuilder {
         at: &AttachPoint,
         free: bool,
     ) -> Result<(), PhysicsError> {
-        self.attach_with(part, at, &AttachOptions { free, ..AttachOptions::default() })
+        self.attach_with(
+            part,
+            at,
+            &AttachOptions {
+                free,
+                ..AttachOptions::default()
+            },
+        )
     }
 
     /// Attaches a part with more options, as [`attach`](Self::attach).
@@ -261,7 +283,10 @@ impl SceneBuilder {
         at: &AttachPoint,
         options: &AttachOptions,
     ) -> Result<(), PhysicsError> {
-        let source = Source::Text { origin: origin.to_owned(), xml: xml.to_owned() };
+        let source = Source::Text {
+            origin: origin.to_owned(),
+            xml: xml.to_owned(),
+        };
         self.push(source, prefix, at, options)
     }
 
@@ -311,7 +336,13 @@ impl SceneBuilder {
         collide: bool,
     ) -> &mut Self {
         let [r, half] = size;
-        self.add_fixed(name, world_from_cylinder, Primitive::Cylinder { r, half }, rgba, collide)
+        self.add_fixed(
+            name,
+            world_from_cylinder,
+            Primitive::Cylinder { r, half },
+            rgba,
+            collide,
+        )
     }
 
     /// Adds a fixed sphere.
@@ -323,13 +354,25 @@ impl SceneBuilder {
         rgba: [f32; 4],
         collide: bool,
     ) -> &mut Self {
-        self.add_fixed(name, world_from_sphere, Primitive::Sphere { r: radius_m }, rgba, collide)
+        self.add_fixed(
+            name,
+            world_from_sphere,
+            Primitive::Sphere { r: radius_m },
+            rgba,
+            collide,
+        )
     }
 
     /// Adds a floor, the plane z = 0.
     pub fn add_floor(&mut self, name: &str, rgba: [f32; 4]) -> &mut Self {
         let half = [0.0, 0.0]; // endless
-        self.add_fixed(name, &Pose::identity(), Primitive::Plane { half }, rgba, true)
+        self.add_fixed(
+            name,
+            &Pose::identity(),
+            Primitive::Plane { half },
+            rgba,
+            true,
+        )
     }
 
     fn add_fixed(
@@ -366,12 +409,21 @@ impl SceneBuilder {
     fn write_world(&self, xml: &mut String) -> std::fmt::Result {
         let o = &self.options;
         let [gx, gy, gz] = o.gravity;
-        let cone = if o.elliptic_cone { "elliptic" } else { "pyramidal" };
+        let cone = if o.elliptic_cone {
+            "elliptic"
+        } else {
+            "pyramidal"
+        };
+        let integrator = match o.integrator {
+            Integrator::Euler => "Euler",
+            Integrator::ImplicitFast => "implicitfast",
+            Integrator::RungeKutta => "RK4",
+        };
         writeln!(xml, "<mujoco model=\"{}\">", escaped(&self.name))?;
         writeln!(xml, "  <compiler angle=\"radian\"/>")?;
         writeln!(
             xml,
-            "  <option timestep=\"{}\" cone=\"{cone}\" impratio=\"{}\" gravity=\"{gx} {gy} {gz}\"/>",
+            "  <option timestep=\"{}\" integrator=\"{integrator}\" cone=\"{cone}\" impratio=\"{}\" gravity=\"{gx} {gy} {gz}\"/>",
             o.timestep_secs, o.impratio
         )?;
         if let Some(memory) = &o.memory {
@@ -445,7 +497,8 @@ impl Attachment {
 }
 
 fn is_urdf(file: &Path) -> bool {
-    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"))
+    file.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"))
 }
 
 impl Shape {
@@ -461,12 +514,20 @@ impl Shape {
             // The third size is the spacing of the drawn grid.
             Primitive::Plane { half: [a, b] } => ("plane", format!("{a} {b} 1")),
         };
-        let bits = if self.collides { "" } else { " contype=\"0\" conaffinity=\"0\"" };
+        let bits = if self.collides {
+            ""
+        } else {
+            " contype=\"0\" conaffinity=\"0\""
+        };
         let mass = match self.motion {
             Motion::Free { mass_kg } => format!(" mass=\"{mass_kg}\""),
             Motion::Fixed | Motion::Mocap => String::new(),
         };
-        let mocap = if self.motion == Motion::Mocap { " mocap=\"true\"" } else { "" };
+        let mocap = if self.motion == Motion::Mocap {
+            " mocap=\"true\""
+        } else {
+            ""
+        };
         writeln!(
             xml,
             "    <body name=\"{name}\" pos=\"{} {} {}\" quat=\"{w} {x} {y} {z}\"{mocap}>",

@@ -92,7 +92,12 @@ pub fn self_collision_pairs(
         for &b in &sorted[i + 1..] {
             let n = n_touching.get(&(a, b)).copied().unwrap_or(0);
             let share = n as f64 / n_samples as f64;
-            pairs.push(BodyPair { a, b, kind: kind(model, a, b, share), share });
+            pairs.push(BodyPair {
+                a,
+                b,
+                kind: kind(model, a, b, share),
+                share,
+            });
         }
     }
     Ok(pairs)
@@ -100,7 +105,9 @@ pub fn self_collision_pairs(
 
 fn kind(model: &Model, a: BodyId, b: BodyId, share: f64) -> PairKind {
     let parent = |body: BodyId| {
-        model.body_parent(model.body_weld_root(body)).map(|parent| model.body_weld_root(parent))
+        model
+            .body_parent(model.body_weld_root(body))
+            .map(|parent| model.body_weld_root(parent))
     };
     let (root_a, root_b) = (model.body_weld_root(a), model.body_weld_root(b));
     if root_a == root_b || parent(a) == Some(root_b) || parent(b) == Some(root_a) {

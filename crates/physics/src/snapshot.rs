@@ -30,9 +30,16 @@ impl Snapshot {
     pub fn from_values(model: &Model, values: Vec<f64>) -> Result<Self, PhysicsError> {
         let expected = size(model);
         if values.len() != expected {
-            return Err(PhysicsError::Size { what: "snapshot", found: values.len(), expected });
+            return Err(PhysicsError::Size {
+                what: "snapshot",
+                found: values.len(),
+                expected,
+            });
         }
-        Ok(Self { model_name: model.name().to_owned(), values })
+        Ok(Self {
+            model_name: model.name().to_owned(),
+            values,
+        })
     }
 
     /// Simulated time, s.
@@ -67,7 +74,10 @@ impl State {
         if self.check(rc, "mj_getState").is_err() {
             values.fill(f64::NAN);
         }
-        Snapshot { model_name: self.model().name().to_owned(), values }
+        Snapshot {
+            model_name: self.model().name().to_owned(),
+            values,
+        }
     }
 
     /// Returns to a snapshot. What follows from the state (poses, contacts, forces) is as before until

@@ -100,16 +100,11 @@ impl Spec {
     fn parsed(rc: c_int, raw: *mut mjSpec, origin: String) -> Result<Self, PhysicsError> {
         match (rc, NonNull::new(raw)) {
             (engine::OK, Some(raw)) => Ok(Self { raw, origin }),
-            _ => Err(PhysicsError::Parse { origin, message: engine::message() }),
+            _ => Err(PhysicsError::Parse {
+                origin,
+                message: engine::message(),
+            }),
         }
-    }
-
-    /// Sets the folder that relative asset paths count from.
-    pub(crate) fn set_asset_dir(&mut self, dir: &Path) -> Result<(), PhysicsError> {
-        let text = c_string("asset folder", &dir.display().to_string())?;
-        // SAFETY: a live spec and a NUL-terminated text, which is copied.
-        unsafe { engine::fct_spec_set_dir(self.raw.as_ptr(), text.as_ptr()) };
-        Ok(())
     }
 
     pub(crate) fn compile(&mut self) -> Result<Model, PhysicsError> {
@@ -156,7 +151,11 @@ impl Spec {
                 )
             };
             if rc == engine::OK {
-                text.truncate(text.iter().position(|&byte| byte == 0).unwrap_or(text.len()));
+                text.truncate(
+                    text.iter()
+                        .position(|&byte| byte == 0)
+                        .unwrap_or(text.len()),
+                );
                 return String::from_utf8(text).map_err(|error| PhysicsError::Compile {
                     origin: self.origin.clone(),
                     message: error.to_string(),
@@ -164,14 +163,19 @@ impl Spec {
             }
             let message = engine::message();
             if capacity > 1 << 28 || !message.contains("buffer") {
-                return Err(PhysicsError::Compile { origin: self.origin.clone(), message });
+                return Err(PhysicsError::Compile {
+                    origin: self.origin.clone(),
+                    message,
+                });
             }
             capacity *= 4;
         }
     }
 
     pub(crate) fn has(&self, kind: mjtObj, name: &str) -> bool {
-        let Ok(name) = c_string("name", name) else { return false };
+        let Ok(name) = c_string("name", name) else {
+            return false;
+        };
         // SAFETY: a live spec and a NUL-terminated name.
         unsafe { engine::fct_spec_has(self.raw.as_ptr(), kind as c_int, name.as_ptr()) != 0 }
     }
@@ -184,10 +188,6 @@ impl Spec {
             })
             .filter(|name| !name.is_empty())
             .collect()
-    }
-
-    pub(crate) fn model_name(&self) -> &str {
-        &self.origin
     }
 
     /// Attaches all of `child`, moved by `offset`, to a site (`None`: the world). `child` is spent.
@@ -209,7 +209,9 @@ impl Spec {
         let rc = unsafe {
             engine::fct_spec_attach(
                 self.raw.as_ptr(),
-                c_site.as_ref().map_or(std::ptr::null(), |site| site.as_ptr()),
+                c_site
+                    .as_ref()
+                    .map_or(std::ptr::null(), |site| site.as_ptr()),
                 child.raw.as_ptr(),
                 pos.as_ptr(),
                 quat.as_ptr(),
@@ -242,7 +244,10 @@ impl Spec {
         if rc == engine::OK {
             return Ok(());
         }
-        Err(PhysicsError::Compile { origin: self.origin.clone(), message: engine::message() })
+        Err(PhysicsError::Compile {
+            origin: self.origin.clone(),
+            message: engine::message(),
+        })
     }
 
     pub(crate) fn free_roots(&mut self) -> Result<(), PhysicsError> {
@@ -261,7 +266,9 @@ impl Spec {
             Servo::Velocity { kv } => (2, 0.0, kv),
         };
         let range = |range: &Option<[f64; 2]>| {
-            range.as_ref().map_or(std::ptr::null(), |range| range.as_ptr())
+            range
+                .as_ref()
+                .map_or(std::ptr::null(), |range| range.as_ptr())
         };
         // SAFETY: a live spec, NUL-terminated names, ranges of 2 values or NULL.
         let rc = unsafe {
@@ -309,9 +316,7 @@ impl Spec {
         let a = c_string("body name", a)?;
         let b = c_string("body name", b)?;
         // SAFETY: a live spec and NUL-terminated names.
-        let rc = unsafe {
-            engine::fct_spec_add_exclude(self.raw.as_ptr(), a.as_ptr(), b.as_ptr())
-        };
+        let rc = unsafe { engine::fct_spec_add_exclude(self.raw.as_ptr(), a.as_ptr(), b.as_ptr()) };
         self.checked(rc)
     }
 }

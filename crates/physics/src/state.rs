@@ -103,7 +103,11 @@ impl State {
         let rc = unsafe {
             engine::fct_copy_data(self.model.as_ptr(), copy.data.as_ptr(), self.data.as_ptr())
         };
-        if rc == engine::OK { Ok(copy) } else { Err(engine::fatal("mj_copyData")) }
+        if rc == engine::OK {
+            Ok(copy)
+        } else {
+            Err(engine::fatal("mj_copyData"))
+        }
     }
 
     pub(crate) fn raw(&self) -> &mjData {
@@ -140,7 +144,9 @@ impl State {
     pub fn usable(&self) -> Result<(), PhysicsError> {
         match self.discarded.borrow().as_ref() {
             None => Ok(()),
-            Some(cause) => Err(PhysicsError::Discarded { cause: Box::new(cause.clone()) }),
+            Some(cause) => Err(PhysicsError::Discarded {
+                cause: Box::new(cause.clone()),
+            }),
         }
     }
 
@@ -164,7 +170,12 @@ impl State {
         let (mut kind, mut info) = (0, 0);
         // SAFETY: a live model and a live state of it, and places for the results.
         let rc = unsafe {
-            call(self.model.as_ptr(), self.data.as_ptr(), &raw mut kind, &raw mut info)
+            call(
+                self.model.as_ptr(),
+                self.data.as_ptr(),
+                &raw mut kind,
+                &raw mut info,
+            )
         };
         match rc {
             engine::OK => Ok(()),
@@ -177,7 +188,11 @@ impl State {
         let time_secs = self.time_secs();
         let at = usize::try_from(info).unwrap_or(0);
         let is = |warning: mjtWarning| kind == warning as c_int;
-        let diverged = |quantity, owner| PhysicsError::Diverged { quantity, owner, time_secs };
+        let diverged = |quantity, owner| PhysicsError::Diverged {
+            quantity,
+            owner,
+            time_secs,
+        };
         if is(mjtWarning::mjWARN_BADQPOS) {
             diverged("qpos", self.model.qpos_owner(at))
         } else if is(mjtWarning::mjWARN_BADQVEL) {
@@ -185,14 +200,20 @@ impl State {
         } else if is(mjtWarning::mjWARN_BADQACC) {
             diverged("qacc", self.model.dof_owner(at))
         } else if is(mjtWarning::mjWARN_BADCTRL) {
-            let named = self.model.actuators().find(|&id| self.model.ctrl_adr(id) == at);
+            let named = self
+                .model
+                .actuators()
+                .find(|&id| self.model.ctrl_adr(id) == at);
             let owner = named.map_or_else(
                 || format!("control {at}"),
                 |id| format!("actuator `{}`", self.model.actuator_name(id)),
             );
             diverged("ctrl", owner)
         } else if is(mjtWarning::mjWARN_INERTIA) {
-            PhysicsError::SingularInertia { owner: self.model.dof_owner(at), time_secs }
+            PhysicsError::SingularInertia {
+                owner: self.model.dof_owner(at),
+                time_secs,
+            }
         } else {
             let contacts = is(mjtWarning::mjWARN_CONTACTFULL);
             PhysicsError::Full {

@@ -145,12 +145,19 @@ fn triple<T: Copy>(values: &[T], row: usize) -> [T; 3] {
 }
 
 fn quadruple<T: Copy>(values: &[T], row: usize) -> [T; 4] {
-    [values[4 * row], values[4 * row + 1], values[4 * row + 2], values[4 * row + 3]]
+    [
+        values[4 * row],
+        values[4 * row + 1],
+        values[4 * row + 2],
+        values[4 * row + 3],
+    ]
 }
 
 impl Tables {
     pub(crate) fn read(raw: &mjModel) -> Result<Self, PhysicsError> {
-        let names = Names { text: column!(raw.names, size(raw.nnames)) };
+        let names = Names {
+            text: column!(raw.names, size(raw.nnames)),
+        };
         Ok(Self {
             model_name: names.at(0),
             n_q: size(raw.nq),
@@ -308,9 +315,15 @@ fn shape(kind: c_int, size: [f64; 3], data: c_int, meshes: &Meshes) -> GeomShape
     } else if is(mjtGeom::mjGEOM_SPHERE) {
         GeomShape::Sphere { r: size[0] }
     } else if is(mjtGeom::mjGEOM_CAPSULE) {
-        GeomShape::Capsule { r: size[0], half: size[1] }
+        GeomShape::Capsule {
+            r: size[0],
+            half: size[1],
+        }
     } else if is(mjtGeom::mjGEOM_CYLINDER) {
-        GeomShape::Cylinder { r: size[0], half: size[1] }
+        GeomShape::Cylinder {
+            r: size[0],
+            half: size[1],
+        }
     } else if is(mjtGeom::mjGEOM_ELLIPSOID) {
         GeomShape::Ellipsoid { radii: size }
     } else if is(mjtGeom::mjGEOM_PLANE) {
@@ -321,7 +334,10 @@ fn shape(kind: c_int, size: [f64; 3], data: c_int, meshes: &Meshes) -> GeomShape
         // Mesh or SDF; the compiler gives both a mesh.
         match usize::try_from(data) {
             Ok(mesh) => meshes.shape(mesh),
-            Err(_) => GeomShape::Mesh { vertices: Vec::new(), faces: Vec::new() },
+            Err(_) => GeomShape::Mesh {
+                vertices: Vec::new(),
+                faces: Vec::new(),
+            },
         }
     }
 }
@@ -330,7 +346,12 @@ fn sites(raw: &mjModel, names: &Names) -> Vec<Site> {
     let n = size(raw.nsite);
     let name = column!(raw.name_siteadr, n);
     let body = column!(raw.site_bodyid, n);
-    (0..n).map(|i| Site { name: names.at(name[i]), body: size(body[i].into()) }).collect()
+    (0..n)
+        .map(|i| Site {
+            name: names.at(name[i]),
+            body: size(body[i].into()),
+        })
+        .collect()
 }
 
 fn actuators(raw: &mjModel, names: &Names) -> Vec<Actuator> {
@@ -358,8 +379,7 @@ fn actuators(raw: &mjModel, names: &Names) -> Vec<Actuator> {
                     .then(|| [ctrl_range[2 * u], ctrl_range[2 * u + 1]]),
                 force_range: (out < n_out && force_limited[out])
                     .then(|| [force_range[2 * out], force_range[2 * out + 1]]),
-                joint: (transmission[i] == joint_transmission)
-                    .then(|| size(target[2 * i].into())),
+                joint: (transmission[i] == joint_transmission).then(|| size(target[2 * i].into())),
             }
         })
         .collect()
@@ -385,7 +405,12 @@ fn sensors(raw: &mjModel, names: &Names) -> Vec<Sensor> {
     let name = column!(raw.name_sensoradr, n);
     let adr = column!(raw.sensor_adr, n);
     let dim = column!(raw.sensor_dim, n);
-    (0..n).map(|i| Sensor { name: names.at(name[i]), values: range_at(adr[i], dim[i]) }).collect()
+    (0..n)
+        .map(|i| Sensor {
+            name: names.at(name[i]),
+            values: range_at(adr[i], dim[i]),
+        })
+        .collect()
 }
 
 /// Copies a NUL-terminated C text that may be null.
@@ -402,7 +427,9 @@ pub(crate) fn copied_text(text: *const c_char) -> Option<String> {
 impl Tables {
     pub(crate) fn children(&self, body: BodyId) -> impl Iterator<Item = BodyId> + '_ {
         // Bodies are numbered parents first; the world is its own parent.
-        (1..self.bodies.len()).filter(move |&i| self.bodies[i].parent == body.0).map(BodyId)
+        (1..self.bodies.len())
+            .filter(move |&i| self.bodies[i].parent == body.0)
+            .map(BodyId)
     }
 
     pub(crate) fn geoms_of(&self, body: BodyId) -> impl Iterator<Item = GeomId> + '_ {

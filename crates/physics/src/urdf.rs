@@ -30,7 +30,10 @@ pub fn urdf_to_mjcf(path: &Path, options: &UrdfOptions) -> Result<String, Physic
         message: error.to_string(),
     })?;
     let origin = path.display().to_string();
-    let parse_error = |message: String| PhysicsError::Parse { origin: origin.clone(), message };
+    let parse_error = |message: String| PhysicsError::Parse {
+        origin: origin.clone(),
+        message,
+    };
     let document = Document::parse(&text).map_err(|error| parse_error(error.to_string()))?;
     let root = document.root_element();
     if !root.has_tag_name("robot") {
@@ -72,7 +75,10 @@ fn compiler_edits(root: Node<'_, '_>, text: &str) -> Vec<Edit> {
     let own = root.children().find(|node| node.has_tag_name("mujoco"));
     let Some(own) = own else {
         let end = closing_tag(root, text);
-        return vec![Edit { range: end..end, text: format!("<mujoco>{COMPILER}</mujoco>") }];
+        return vec![Edit {
+            range: end..end,
+            text: format!("<mujoco>{COMPILER}</mujoco>"),
+        }];
     };
     let Some(compiler) = own.children().find(|node| node.has_tag_name("compiler")) else {
         return vec![Edit {
@@ -97,7 +103,9 @@ fn compiler_edits(root: Node<'_, '_>, text: &str) -> Vec<Edit> {
 /// Where the closing tag of an element begins.
 fn closing_tag(node: Node<'_, '_>, text: &str) -> usize {
     let range = node.range();
-    text[range.clone()].rfind("</").map_or(range.end, |at| range.start + at)
+    text[range.clone()]
+        .rfind("</")
+        .map_or(range.end, |at| range.start + at)
 }
 
 /// The text between an element's tags.
@@ -119,7 +127,9 @@ fn mesh_edits(
         .find_map(|node| node.attribute("meshdir"));
     let mut edits = Vec::new();
     for mesh in root.descendants().filter(|node| node.has_tag_name("mesh")) {
-        let Some(attribute) = mesh.attribute_node("filename") else { continue };
+        let Some(attribute) = mesh.attribute_node("filename") else {
+            continue;
+        };
         let reference = attribute.value();
         let found = resolve(path, reference, own_mesh_dir, options)?;
         check_format(path, reference)?;
@@ -154,8 +164,9 @@ fn resolve(
     options: &UrdfOptions,
 ) -> Result<PathBuf, PhysicsError> {
     let dir = urdf.parent().unwrap_or(Path::new(""));
-    let searched = if let Some(rest) =
-        reference.strip_prefix("package://").or_else(|| reference.strip_prefix("model://"))
+    let searched = if let Some(rest) = reference
+        .strip_prefix("package://")
+        .or_else(|| reference.strip_prefix("model://"))
     {
         package_candidates(dir, rest, options)
     } else if let Some(rest) = reference.strip_prefix("file://") {
@@ -165,7 +176,12 @@ fn resolve(
         if let Some(mesh_dir) = own_mesh_dir {
             candidates.push(dir.join(mesh_dir).join(reference));
         }
-        candidates.extend(options.package_dirs.iter().map(|package| package.join(reference)));
+        candidates.extend(
+            options
+                .package_dirs
+                .iter()
+                .map(|package| package.join(reference)),
+        );
         candidates
     };
     let found = searched.iter().find(|candidate| candidate.is_file());
@@ -187,7 +203,11 @@ fn resolve(
 fn package_candidates(dir: &Path, reference: &str, options: &UrdfOptions) -> Vec<PathBuf> {
     let (package, rest) = reference.split_once('/').unwrap_or((reference, ""));
     let above = std::path::absolute(dir).unwrap_or_else(|_| dir.to_owned());
-    let dirs = options.package_dirs.iter().map(PathBuf::as_path).chain(above.ancestors());
+    let dirs = options
+        .package_dirs
+        .iter()
+        .map(PathBuf::as_path)
+        .chain(above.ancestors());
     let mut candidates = Vec::new();
     for dir in dirs {
         candidates.push(dir.join(package).join(rest));

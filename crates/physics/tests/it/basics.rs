@@ -9,7 +9,10 @@ fn a_starved_model_is_an_error_not_an_exit() -> Result<(), PhysicsError> {
     let model = Model::from_mjcf_str(xml)?;
     let mut state = State::new(&model)?;
     let error = (0..10).find_map(|_| state.step().err());
-    assert!(matches!(error, Some(PhysicsError::Engine { .. })), "{error:?}");
+    assert!(
+        matches!(error, Some(PhysicsError::Engine { .. })),
+        "{error:?}"
+    );
     assert!(matches!(state.step(), Err(PhysicsError::Discarded { .. })));
     Ok(())
 }

@@ -1,3 +1,4 @@
 //! Tests of the physics room.
 
 mod basics;
+mod scenes;
