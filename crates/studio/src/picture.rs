@@ -140,11 +140,6 @@ impl Picture {
         self.revision.subscribe()
     }
 
-    /// How many connections are being told.
-    pub(crate) fn watch_count(&self) -> usize {
-        self.revision.receiver_count()
-    }
-
     /// Nothing that holds this lock can panic half way, so a poisoned one is as good as new.
     fn lock(&self) -> MutexGuard<'_, Content> {
         self.content.lock().unwrap_or_else(PoisonError::into_inner)

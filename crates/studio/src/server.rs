@@ -1,12 +1,11 @@
 //! Starting and stopping the server, and the handle by which the rest of the program uses it.
 
-use std::net::{Ipv4Addr, SocketAddr};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use factotum_protocol::ServerMessage;
-use tokio::net::TcpListener;
 use tokio::runtime::Runtime;
 use tokio::sync::{Semaphore, watch};
 
@@ -29,7 +28,7 @@ pub struct StudioConfig {
     /// How many past events a late page is shown.
     pub events_max: usize,
     /// How many pages may be open at once.
-    pub pages_max: usize,
+    pub pages_max: u16,
 }
 
 impl Default for StudioConfig {
@@ -55,6 +54,7 @@ pub(crate) struct Shared {
     pub(crate) commands: Commands,
     pub(crate) session: String,
     pub(crate) seats: Arc<Semaphore>,
+    n_seats: u32,
     pub(crate) closing: watch::Sender<bool>,
 }
 
@@ -70,24 +70,24 @@ impl Studio {
         if !address.ip().is_loopback() {
             return Err(StudioError::NotLoopback { address });
         }
-        // One thread is plenty for the pages that may be open, and leaves the rest to the robot.
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .enable_all()
-            .build()
-            .map_err(|source| StudioError::Thread { source })?;
         let bind_error = |source| StudioError::Bind { address, source };
-        let listener = runtime
-            .block_on(TcpListener::bind(address))
-            .map_err(bind_error)?;
+        let listener = TcpListener::bind(address).map_err(bind_error)?;
+        listener.set_nonblocking(true).map_err(bind_error)?;
         let address = listener.local_addr().map_err(bind_error)?;
         let shared = Arc::new(Shared {
             access: Access::new(address, config.token)?,
             picture: Picture::new(config.events_max),
             commands: Commands::default(),
             session: random_hex()?,
-            seats: Arc::new(Semaphore::new(config.pages_max.min(Semaphore::MAX_PERMITS))),
+            seats: Arc::new(Semaphore::new(usize::from(config.pages_max))),
+            n_seats: u32::from(config.pages_max),
             closing: watch::Sender::new(false),
         });
+        // One thread is plenty for the pages that may be open, and leaves the rest to the robot.
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .map_err(|source| StudioError::Thread { source })?;
         let served = Arc::clone(&shared);
         let thread = std::thread::Builder::new()
             .name("studio".to_owned())
@@ -105,6 +105,13 @@ impl Studio {
 /// The studio's thread: serves until `closing`, then lets connections say goodbye.
 fn serve(runtime: Runtime, listener: TcpListener, shared: Arc<Shared>) {
     runtime.block_on(async {
+        let listener = match tokio::net::TcpListener::from_std(listener) {
+            Ok(listener) => listener,
+            Err(error) => {
+                tracing::error!(%error, "studio cannot use its socket");
+                return;
+            }
+        };
         let mut closing = shared.closing.subscribe();
         let server = axum::serve(listener, routes::router(Arc::clone(&shared)))
             .with_graceful_shutdown(async move {
@@ -117,14 +124,20 @@ fn serve(runtime: Runtime, listener: TcpListener, shared: Arc<Shared>) {
             drop(closing.wait_for(|closing| *closing).await);
             tokio::time::sleep(SHUTDOWN_TIMEOUT).await;
         };
+        // Sockets have left the server's care; they are gone when all seats are free again.
+        let ended = async {
+            let ended = server.await;
+            drop(shared.seats.acquire_many(shared.n_seats).await);
+            ended
+        };
         tokio::select! {
-            ended = server => if let Err(error) = ended {
+            ended = ended => if let Err(error) = ended {
                 tracing::error!(%error, "studio ended");
             },
-            () = deadline => tracing::debug!("connections were slow to end"),
+            () = deadline => tracing::debug!("pages were slow to leave"),
         }
     });
-    runtime.shutdown_timeout(SHUTDOWN_TIMEOUT);
+    runtime.shutdown_background();
 }
 
 /// A running studio. Dropping it shuts the studio down.
@@ -170,7 +183,7 @@ impl StudioHandle {
     /// How many pages are open.
     #[must_use]
     pub fn n_pages(&self) -> usize {
-        self.shared.picture.watch_count()
+        self.shared.n_seats as usize - self.shared.seats.available_permits()
     }
 
     /// Tells all pages that this is the end and waits until the studio's thread has ended.

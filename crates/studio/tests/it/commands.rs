@@ -1,0 +1,80 @@
+//! From the page to the job.
+
+use factotum_protocol::{ClientMessage, EventLevel, ServerMessage};
+
+use crate::client::{PATIENCE, Page, event, start};
+
+/// Waits on another thread, so that the test's own can go on serving the page.
+async fn next_command(studio: &factotum_studio::StudioHandle) -> Option<ClientMessage> {
+    let commands = studio.commands();
+    tokio::task::spawn_blocking(move || commands.next_within(PATIENCE))
+        .await
+        .unwrap()
+}
+
+#[tokio::test]
+async fn commands_reach_the_job_in_order() {
+    let studio = start();
+    let mut page = Page::open(&studio).await;
+    for json in [
+        r#"{"type":"pause"}"#,
+        r#"{"type":"resume"}"#,
+        r#"{"type":"pause"}"#,
+    ] {
+        page.send(json).await;
+    }
+    for command in [
+        ClientMessage::Pause,
+        ClientMessage::Resume,
+        ClientMessage::Pause,
+    ] {
+        assert_eq!(next_command(&studio).await, Some(command));
+    }
+    page.send(r#"{"type":"stop"}"#).await;
+    assert_eq!(next_command(&studio).await, Some(ClientMessage::Stop));
+    assert_eq!(studio.commands().try_next(), None);
+}
+
+#[tokio::test]
+async fn a_message_that_is_no_command_is_answered_and_changes_nothing() {
+    let studio = start();
+    let mut page = Page::open(&studio).await;
+    let mut other = Page::open(&studio).await;
+    assert!(matches!(page.next().await, ServerMessage::Hello(_)));
+    for text in ["", "pause", r#"{"type":"explode"}"#, "[[[[[[[[", "\u{0}"] {
+        page.send(text).await;
+        match page.next().await {
+            ServerMessage::Event(event) => {
+                assert_eq!(event.level, EventLevel::Warning);
+                assert!(event.text.contains("is not a command"), "{}", event.text);
+            }
+            answer => panic!("{text:?} answered by {answer:?}"),
+        }
+    }
+    page.send(r#"{"type":"stop"}"#).await;
+    assert_eq!(next_command(&studio).await, Some(ClientMessage::Stop));
+    studio.publish(event("last"));
+    let seen = other.until_event("last").await;
+    assert_eq!(seen.len(), 1, "the others hear nothing of it: {seen:?}");
+}
+
+#[tokio::test]
+async fn a_page_that_floods_is_closed() {
+    let studio = start();
+    let mut page = Page::open(&studio).await;
+    for _ in 0..60 {
+        page.send(r#"{"type":"pause"}"#).await;
+    }
+    assert_eq!(page.close_code().await, Some(1008));
+}
+
+#[tokio::test]
+async fn a_message_too_large_closes_the_connection_and_nothing_else() {
+    let studio = start();
+    let mut page = Page::open(&studio).await;
+    let mut other = Page::open(&studio).await;
+    page.send(&"x".repeat(1 << 20)).await;
+    page.close_code().await;
+    other.send(r#"{"type":"resume"}"#).await;
+    assert_eq!(next_command(&studio).await, Some(ClientMessage::Resume));
+}
