@@ -1,1 +1,62 @@
-//! TODO
+//! Motion planning for a mobile manipulator: inverse kinematics, collision checks, joint paths, tool
+//! lines, timing, base paths and grasps.
+//!
+//! Everything for the arm is planned in the **base frame**: the robot's `base_link` stands at the
+//! origin and obstacles are given as `base_from_obstacle`. A [`PlanningScene`] is compiled from what
+//! the caller believes about the world; this room never sees a simulation.
+//!
+//! The **chain** is the lift, if the robot has one, followed by the arm: a configuration is
+//! `q = [lift?, arm...]` in m and rad, in the order of [`RobotModel::chain_joints`]. A joint without
+//! limits turns on forever; paths then count its turns, so that successive waypoints are close.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`robot`] | the robot as planning sees it: chain, limits, self-collision pairs |
+//! | [`scene`] | robot + believed obstacles + held object, collision checks |
+//! | [`chain`] | forward kinematics and Jacobian by products of exponentials |
+//! | [`joint_space`] | limits, distances and interpolation of configurations |
+//! | [`manipulability`] | the measure of thesis Eq. 3.2 |
+//! | [`ik`] | inverse kinematics with restarts |
+//! | [`sampling`] | RRT-Connect, RRT*, shortcutting over any validity check |
+//! | [`joint_path`] | collision-free joint paths in a scene |
+//! | [`tool_line`] | straight tool motions |
+//! | [`timing`] | jerk-limited timing with blended corners |
+//! | [`base_path`] | paths of the base on an inflated occupancy grid |
+//! | [`grasps`] | tool poses from class grasps and from point clouds |
+//!
+//! Searches are bounded by explicit caps and say which cap ended them; "no path" is an outcome, not an
+//! error. Everything is deterministic given the random generator that is passed in.
+
+pub mod base_path;
+pub mod chain;
+pub mod error;
+pub mod grasps;
+pub mod ik;
+pub mod joint_path;
+pub mod joint_space;
+pub mod manipulability;
+pub mod robot;
+pub mod sampling;
+pub mod scene;
+pub mod timing;
+pub mod tool_line;
+
+#[cfg(test)]
+mod test_arms;
+
+pub use base_path::{BaseOutcome, BasePathOptions, InflatedGrid, InflationOptions, plan_base};
+pub use error::MotionError;
+pub use ik::{IkFailure, IkOptions, IkOutcome, IkPreference, IkSolution, solve_ik, solve_ik_many};
+pub use joint_path::{
+    JointPathPlan, PathOutcome, PathStats, PlanLimits, plan_joints, plan_joints_star,
+};
+pub use joint_space::{JointLimit, JointSpace};
+pub use robot::RobotModel;
+pub use scene::{HeldObject, Obstacle, ObstacleShape, PlanningScene};
+pub use timing::{TimingOptions, time_path, time_path_with};
+pub use tool_line::{CartesianFailure, CartesianFailureReason, ToolLineOptions, plan_tool_line};
+
+/// Position and orientation in space; `base_from_tcp: Pose` is the pose of the tool in the base frame.
+pub type Pose = nalgebra::Isometry3<f64>;
+/// Position and heading on the floor.
+pub type Pose2 = nalgebra::Isometry2<f64>;
