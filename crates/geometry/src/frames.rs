@@ -97,7 +97,11 @@ pub fn pose_from_xyz_rpy(xyz: [f64; 3], rpy: [f64; 3]) -> Pose {
 pub fn xyz_rpy_from_pose(pose: &Pose) -> ([f64; 3], [f64; 3]) {
     let r = pose.rotation.to_rotation_matrix();
     let cos_pitch = r[(2, 1)].hypot(r[(2, 2)]);
-    let roll = if cos_pitch < GIMBAL_COS_PITCH { 0.0 } else { r[(2, 1)].atan2(r[(2, 2)]) };
+    let roll = if cos_pitch < GIMBAL_COS_PITCH {
+        0.0
+    } else {
+        r[(2, 1)].atan2(r[(2, 2)])
+    };
     // atan2 of both sides: asin alone loses half the digits near ±π/2.
     let pitch = (-r[(2, 0)]).atan2(cos_pitch);
     // Yaw from R * Rx(-roll) = Rz(yaw) * Ry(pitch), whose second column is (-sin yaw, cos yaw, 0) at any

@@ -39,6 +39,30 @@ pub struct IcpParams {
     pub n_pairs_min: usize,
     /// Curvature of a direction, relative to the largest, below which it counts as unconstrained.
     pub constraint_ratio_min: f64,
+    /// Which motions are tried.
+    pub freedom: IcpFreedom,
+}
+
+/// The motions a registration may make, in the target's frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum IcpFreedom {
+    /// All six.
+    Full,
+    /// Translations and turns about the target's z axis: both sides are known to stand upright.
+    Upright,
+    /// Translations only.
+    Translation,
+}
+
+impl IcpFreedom {
+    /// How many of the three rotations, x first, are held.
+    fn n_held(self) -> usize {
+        match self {
+            Self::Full => 0,
+            Self::Upright => 2,
+            Self::Translation => 3,
+        }
+    }
 }
 
 impl Default for IcpParams {
@@ -52,6 +76,7 @@ impl Default for IcpParams {
             step_rotation_rad: 1e-6,
             n_pairs_min: 10,
             constraint_ratio_min: 1e-4,
+            freedom: IcpFreedom::Full,
         }
     }
 }
@@ -80,7 +105,7 @@ pub struct IcpResult {
     pub fitness: f64,
     /// Pairs kept in the last iteration.
     pub n_pairs: usize,
-    /// How many of the six directions the data do not fix: 0 for a corner, 3 for a flat plane,
+    /// How many of the free directions (six in [`IcpFreedom::Full`]) the data do not fix: 0 for a corner, 3 for a flat plane,
     /// 1 for a turned body such as a bottle. The result keeps the initial guess along them.
     pub n_unconstrained: usize,
 }
@@ -334,12 +359,13 @@ fn solve_step(pairs: &[Pair], params: &IcpParams) -> Step {
         .max(f64::MIN_POSITIVE.sqrt());
     let huber_m = params.huber_sigmas * robust_sigma(pairs);
 
+    let n_held = params.freedom.n_held();
     let mut normal_matrix = Matrix6::zeros();
     let mut right_side = Vector6::zeros();
     for pair in pairs {
         let arm = (pair.source - center) / radius_m;
         let turn = arm.cross(&pair.normal);
-        let row = Vector6::new(
+        let mut row = Vector6::new(
             turn.x,
             turn.y,
             turn.z,
@@ -347,6 +373,7 @@ fn solve_step(pairs: &[Pair], params: &IcpParams) -> Step {
             pair.normal.y,
             pair.normal.z,
         );
+        row.rows_mut(0, n_held).fill(0.0);
         let residual_m = pair.residual_m.abs();
         let weight = if residual_m > huber_m {
             huber_m / residual_m

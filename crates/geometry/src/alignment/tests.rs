@@ -9,7 +9,10 @@ prop_compose! {
 }
 
 fn pose(v: [f64; 6]) -> Pose {
-    Pose::new(Vector3::new(v[0], v[1], v[2]), Vector3::new(v[3], v[4], v[5]))
+    Pose::new(
+        Vector3::new(v[0], v[1], v[2]),
+        Vector3::new(v[3], v[4], v[5]),
+    )
 }
 
 proptest! {
@@ -49,17 +52,35 @@ proptest! {
 
 #[test]
 fn a_mirrored_triangle_still_gives_a_rotation() {
-    let source = [Point3::origin(), Point3::new(1.0, 0.0, 0.0), Point3::new(0.0, 2.0, 0.0), Point3::new(0.0, 0.0, 3.0)];
+    let source = [
+        Point3::origin(),
+        Point3::new(1.0, 0.0, 0.0),
+        Point3::new(0.0, 2.0, 0.0),
+        Point3::new(0.0, 0.0, 3.0),
+    ];
     let target = source.map(|p| Point3::new(-p.x, p.y, p.z));
     let found = align_points(&source, &target).unwrap();
-    let det = found.target_from_source.rotation.to_rotation_matrix().matrix().determinant();
+    let det = found
+        .target_from_source
+        .rotation
+        .to_rotation_matrix()
+        .matrix()
+        .determinant();
     assert!((det - 1.0).abs() < 1e-12);
-    assert!(found.rms_m > 0.1, "a mirror image cannot fit: {}", found.rms_m);
+    assert!(
+        found.rms_m > 0.1,
+        "a mirror image cannot fit: {}",
+        found.rms_m
+    );
 }
 
 #[test]
 fn half_turns_and_planar_triangles_are_recovered() {
-    let source = [Point3::origin(), Point3::new(1.0, 0.0, 0.0), Point3::new(0.0, 1.0, 0.0)];
+    let source = [
+        Point3::origin(),
+        Point3::new(1.0, 0.0, 0.0),
+        Point3::new(0.0, 1.0, 0.0),
+    ];
     for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
         let truth = Pose::new(Vector3::new(0.1, 0.2, 0.3), axis * std::f64::consts::PI);
         let found = align_points(&source, &source.map(|p| truth * p)).unwrap();
@@ -69,29 +90,63 @@ fn half_turns_and_planar_triangles_are_recovered() {
 
 #[test]
 fn the_worst_pair_is_named() {
-    let source: Vec<_> = (0..8).map(|i| Point3::new(f64::from(i % 2), f64::from(i / 2 % 2), f64::from(i / 4))).collect();
+    let source: Vec<_> = (0..8)
+        .map(|i| Point3::new(f64::from(i % 2), f64::from(i / 2 % 2), f64::from(i / 4)))
+        .collect();
     let mut target = source.clone();
     target[5].z += 0.2;
-    let (pair, residual) = align_points(&source, &target).unwrap().worst_pair().unwrap();
+    let (pair, residual) = align_points(&source, &target)
+        .unwrap()
+        .worst_pair()
+        .unwrap();
     assert_eq!(pair, 5);
     assert!(residual > 0.1);
 }
 
 #[test]
 fn pairs_that_fix_nothing_are_refused() {
-    let line: Vec<_> = (0..5).map(|i| Point3::new(f64::from(i), 2.0 * f64::from(i), 1.0)).collect();
-    let corner = [Point3::origin(), Point3::new(1.0, 0.0, 0.0), Point3::new(0.0, 1.0, 0.0)];
+    let line: Vec<_> = (0..5)
+        .map(|i| Point3::new(f64::from(i), 2.0 * f64::from(i), 1.0))
+        .collect();
+    let corner = [
+        Point3::origin(),
+        Point3::new(1.0, 0.0, 0.0),
+        Point3::new(0.0, 1.0, 0.0),
+    ];
     let error = align_points(&line, &line).unwrap_err();
-    assert!(matches!(error, AlignmentError::Collinear { points: "source", .. }), "{error}");
-    assert_eq!(align_points(&corner[..2], &corner[..2]).unwrap_err().to_string(), "alignment from 2 pairs of points, expected at least 3");
+    assert!(
+        matches!(
+            error,
+            AlignmentError::Collinear {
+                points: "source",
+                ..
+            }
+        ),
+        "{error}"
+    );
+    assert_eq!(
+        align_points(&corner[..2], &corner[..2])
+            .unwrap_err()
+            .to_string(),
+        "alignment from 2 pairs of points, expected at least 3"
+    );
     assert_eq!(
         align_points(&corner, &corner[..2]).unwrap_err().to_string(),
         "alignment of 3 source points with 2 target points, expected as many of each"
     );
-    assert_eq!(align_points(&[Point3::origin(); 4], &[Point3::origin(); 4]).unwrap_err(), AlignmentError::Coincident { points: "source" });
+    assert_eq!(
+        align_points(&[Point3::origin(); 4], &[Point3::origin(); 4]).unwrap_err(),
+        AlignmentError::Coincident { points: "source" }
+    );
     let mut broken = corner;
     broken[1].y = f64::NAN;
-    assert_eq!(align_points(&corner, &broken).unwrap_err(), AlignmentError::NotFinite { pair: 1 });
+    assert_eq!(
+        align_points(&corner, &broken).unwrap_err(),
+        AlignmentError::NotFinite { pair: 1 }
+    );
     let place = [Point2::new(3.0, 4.0); 3];
-    assert_eq!(align_points_2d(&place, &place).unwrap_err(), AlignmentError::Coincident { points: "source" });
+    assert_eq!(
+        align_points_2d(&place, &place).unwrap_err(),
+        AlignmentError::Coincident { points: "source" }
+    );
 }

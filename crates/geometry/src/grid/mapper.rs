@@ -15,11 +15,12 @@ use nalgebra::Point2;
 pub struct GridMapperParams {
     /// Edge of a cell (m).
     pub resolution_m: f64,
-    /// Log-odds added to a cell in which a ray ends; 0.85 is p = 0.7.
+    /// Log-odds added to a cell in which a ray ends; 1.5 is p = 0.82, so one hit makes it occupied.
     pub hit_log_odds: f64,
-    /// Log-odds added (negative) to a cell that a ray passes; -0.4 is p = 0.4.
+    /// Log-odds added (negative) to a cell that a ray passes; -1.15 is p = 0.24, so that floor seen once is
+    /// free under the default thresholds and no longer a frontier.
     pub miss_log_odds: f64,
-    /// Bound of |log-odds|; 3.5 is p = 0.97. Larger values remember longer.
+    /// Bound of |log-odds|; 4 is p = 0.98. Larger values remember longer.
     pub log_odds_max: f64,
     /// Whether rays without a return free the cells up to the lidar's range. Off when black or glass
     /// surfaces swallow rays.
@@ -30,9 +31,9 @@ impl Default for GridMapperParams {
     fn default() -> Self {
         Self {
             resolution_m: 0.05,
-            hit_log_odds: 0.85,
-            miss_log_odds: -0.4,
-            log_odds_max: 3.5,
+            hit_log_odds: 1.5,
+            miss_log_odds: -1.15,
+            log_odds_max: 4.0,
             clear_without_return: true,
         }
     }

@@ -24,7 +24,10 @@ fn rays_start_at_the_lidar_and_turn_counter_clockwise() {
 fn unusable_readings_are_dropped_and_missing_returns_reach_the_range() {
     let scan = scan(vec![f64::NAN, 0.05, -1.0, f64::INFINITY, 5.0, 4.9]);
     let rays: Vec<ScanRay> = scan.rays().collect();
-    assert_eq!(rays.iter().map(|ray| ray.is_hit).collect::<Vec<_>>(), [false, false, true]);
+    assert_eq!(
+        rays.iter().map(|ray| ray.is_hit).collect::<Vec<_>>(),
+        [false, false, true]
+    );
     let length = |ray: &ScanRay| (ray.end_in_base - scan.origin_in_base()).norm();
     assert_abs_diff_eq!(length(&rays[0]), 5.0, epsilon = 1e-12);
 }
@@ -47,7 +50,11 @@ fn frame() -> DepthFrame {
 #[test]
 fn pixels_project_back_through_the_pinhole() {
     let frame = frame();
-    assert_abs_diff_eq!(frame.point_in_optical(3, 2).unwrap(), Point3::new(1.5, 0.5, 2.0), epsilon = 1e-12);
+    assert_abs_diff_eq!(
+        frame.point_in_optical(3, 2).unwrap(),
+        Point3::new(1.5, 0.5, 2.0),
+        epsilon = 1e-12
+    );
     assert_eq!(frame.point_in_optical(4, 0), None);
     assert_eq!(frame.point_in_optical(0, 3), None);
     let bottle = frame.cloud_in_base(|label| label == 1);
@@ -67,14 +74,27 @@ fn depths_that_were_not_measured_give_no_point() {
 #[test]
 fn contradictory_frames_are_refused_by_name() {
     assert_eq!(frame().check(), Ok(()));
-    assert_eq!(DepthFrame { labels: Vec::new(), ..frame() }.check(), Ok(()));
+    assert_eq!(
+        DepthFrame {
+            labels: Vec::new(),
+            ..frame()
+        }
+        .check(),
+        Ok(())
+    );
     let message = |frame: DepthFrame| frame.check().unwrap_err().to_string();
     assert_eq!(
-        message(DepthFrame { depth_m: vec![1.0; 5], ..frame() }),
+        message(DepthFrame {
+            depth_m: vec![1.0; 5],
+            ..frame()
+        }),
         "depth frame `depth_m` has 5 pixels, expected 4 x 3 = 12"
     );
     assert_eq!(
-        message(DepthFrame { label_classes: vec!["bottle".to_owned()], ..frame() }),
+        message(DepthFrame {
+            label_classes: vec!["bottle".to_owned()],
+            ..frame()
+        }),
         "depth frame has label 2 at pixel 10, but names 1 classes"
     );
     assert!(message(DepthFrame { fx: 0.0, ..frame() }).contains("focal lengths (0, 4)"));
