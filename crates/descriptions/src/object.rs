@@ -163,9 +163,14 @@ pub struct Approach {
     pub distance_m: [f64; 2],
     /// Interval of the direction from Λ to the base, in Λ, radians about z.
     pub bearing_rad: [f64; 2],
-    /// Yaw of the base relative to facing Λ, radians.
-    #[serde(default)]
-    pub facing_rad: f64,
+    /// How far the base may be turned away from Λ, radians.
+    #[serde(default = "facing_tolerance")]
+    pub facing_tolerance_rad: f64,
+}
+
+/// Wide enough to choose from, narrow enough that the camera keeps the object in view.
+fn facing_tolerance() -> f64 {
+    0.3
 }
 
 /// A high-level action on an object (thesis 6.2.1): an option whose parts are all given in Λ.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use factotum_descriptions::DescriptionError;
+use factotum_symbols::ApproachRegionError;
 use factotum_task_planning::operator::OperatorError;
 
 /// Why a semantic map cannot answer, be read or be written.
@@ -44,6 +45,16 @@ pub enum MapError {
         name: String,
         /// Names there are.
         known: Vec<String>,
+    },
+    /// An approach region that is none.
+    #[error("approach of `{action}` of class `{class}`: {source}")]
+    Approach {
+        /// The class.
+        class: String,
+        /// The action.
+        action: String,
+        /// What is wrong with it.
+        source: ApproachRegionError,
     },
     /// The classes do not make a planning domain.
     #[error("the classes make no planning domain: {0}")]

@@ -1,6 +1,8 @@
 //! The options of a map: its actions, bound to objects, each with the object whose approach region must hold the base.
 
 use factotum_descriptions::{ActionKind, ActionSpec, Approach};
+use factotum_geometry::Pose;
+use factotum_symbols::{ApproachRegion, NavigationSymbol};
 use factotum_task_planning::operator::GroundAction;
 
 use crate::vocabulary::{PICK, operator_name};
@@ -10,11 +12,11 @@ use crate::{Aosm, MapError};
 pub const DEFAULT_APPROACH: Approach = Approach {
     distance_m: [0.8, 1.25],
     bearing_rad: [-std::f64::consts::PI, std::f64::consts::PI],
-    facing_rad: 0.0,
+    facing_tolerance_rad: 0.3,
 };
 
 /// An option of the map, ready to be handed to a skill.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct OptionSpec {
     /// The plan step it comes from.
     pub step: GroundAction,
@@ -45,13 +47,26 @@ pub enum OptionKind {
     },
 }
 
-/// A navigation symbol before sampling: an approach region in the frame of an object.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A navigation symbol and the object at which it is grounded.
+#[derive(Debug, Clone)]
 pub struct NavigationAnchor {
-    /// Γ of the object, flattened to the floor when the region is sampled.
-    pub map_from_object: factotum_geometry::Pose,
-    /// The region.
-    pub approach: Approach,
+    /// Γ of the object, flattened to the floor when poses are sampled.
+    pub map_from_object: Pose,
+    /// Where the base can stand, in the object's frame.
+    pub symbol: NavigationSymbol,
+}
+
+impl NavigationAnchor {
+    fn given(option: &str, class: &str, map_from_object: Pose, approach: Option<Approach>) -> Result<Self, MapError> {
+        let approach = approach.unwrap_or(DEFAULT_APPROACH);
+        let region = ApproachRegion::new(approach.distance_m, approach.bearing_rad, approach.facing_tolerance_rad)
+            .map_err(|source| MapError::Approach {
+                class: class.to_owned(),
+                action: option.to_owned(),
+                source,
+            })?;
+        Ok(Self { map_from_object, symbol: NavigationSymbol::given(option, class, region) })
+    }
 }
 
 impl Aosm {
@@ -73,10 +88,7 @@ impl Aosm {
                 step: step.clone(),
                 object: object.name.clone(),
                 kind: OptionKind::Pick,
-                anchor: NavigationAnchor {
-                    map_from_object: object.map_from_object,
-                    approach: approach.unwrap_or(DEFAULT_APPROACH),
-                },
+                anchor: NavigationAnchor::given(&step.name, &class.name, object.map_from_object, approach)?,
             });
         }
         let action = class
@@ -94,10 +106,12 @@ impl Aosm {
             ActionKind::Articulate => Ok(OptionSpec {
                 step: step.clone(),
                 object: object.name.clone(),
-                anchor: NavigationAnchor {
-                    map_from_object: object.map_from_object,
-                    approach: action.approach.unwrap_or(DEFAULT_APPROACH),
-                },
+                anchor: NavigationAnchor::given(
+                    &step.name,
+                    &class.name,
+                    object.map_from_object,
+                    action.approach,
+                )?,
                 kind: OptionKind::Articulate { action },
             }),
             ActionKind::PickPlace => {
@@ -105,10 +119,12 @@ impl Aosm {
                 Ok(OptionSpec {
                     step: step.clone(),
                     object: object.name.clone(),
-                    anchor: NavigationAnchor {
-                        map_from_object: target.map_from_object,
-                        approach: action.place_approach.unwrap_or(DEFAULT_APPROACH),
-                    },
+                    anchor: NavigationAnchor::given(
+                        &step.name,
+                        &target.class,
+                        target.map_from_object,
+                        action.place_approach,
+                    )?,
                     kind: OptionKind::Place { target: target.name.clone(), action },
                 })
             }

@@ -5,8 +5,8 @@ use factotum_control::{
 };
 use factotum_geometry::Pose;
 use factotum_motion::{
-    IkOptions, IkOutcome, MotionError, PathOutcome, PlanLimits, PlanningScene, RobotModel, ToolLineOptions,
-    plan_joints, plan_tool_line, solve_ik, time_path,
+    CartesianFailure, CartesianFailureReason, IkOptions, IkOutcome, MotionError, PathOutcome, PlanLimits,
+    PlanningScene, RobotModel, ToolLineOptions, plan_joints, plan_tool_line, solve_ik, time_path,
 };
 use rand_chacha::ChaCha8Rng;
 
@@ -35,6 +35,12 @@ impl From<Failure> for Stop {
 impl From<RobotError> for Stop {
     fn from(error: RobotError) -> Self {
         Self::Error(error.into())
+    }
+}
+
+impl From<SkillError> for Stop {
+    fn from(error: SkillError) -> Self {
+        Self::Error(error)
     }
 }
 
@@ -104,14 +110,18 @@ impl<'a> ArmMotion<'a> {
     ) -> Result<(), Stop> {
         let start = self.configuration()?;
         let no_way = |detail: String| Failure::NoWay { object: object.to_owned(), detail };
-        match plan_joints(scene, &start, goals, &PlanLimits::default(), self.rng)? {
-            PathOutcome::Solved { path, .. } => self.follow(&path, SPEED_FREE, &format!("move to {object}")),
+        match plan_joints(scene, &start, goals, &PlanLimits::default(), self.rng) {
+            PathOutcome::Solved(plan) => self.follow(&plan.path, SPEED_FREE, &format!("move to {object}")),
             PathOutcome::StartInCollision(pair) => {
                 Err(no_way(format!("`{}` touches `{}` already", pair.0, pair.1)).into())
             }
             PathOutcome::GoalInCollision(pair) => {
                 Err(no_way(format!("there, `{}` would touch `{}`", pair.0, pair.1)).into())
             }
+            PathOutcome::GoalOutsideLimits { joint, .. } => {
+                Err(no_way(format!("joint `{joint}` would be beyond its limit")).into())
+            }
+            PathOutcome::NoGoal => Err(no_way("no posture to go to".to_owned()).into()),
             PathOutcome::LimitReached { .. } => Err(no_way("the search reached its limit".to_owned()).into()),
         }
     }
@@ -202,8 +212,6 @@ impl<'a> ArmMotion<'a> {
 pub(crate) struct ToolWay {
     /// Posture at the first pose, free of collisions.
     pub(crate) start: Vec<f64>,
-    /// Joint path from `start` through all poses.
-    pub(crate) path: Vec<Vec<f64>>,
     /// Manipulability at the start (Eq. 3.2), the larger the better.
     pub(crate) manipulability: f64,
 }
@@ -218,23 +226,44 @@ pub(crate) fn find_tool_way(
     poses: &[Pose],
     seeds: &[Vec<f64>],
     rng: &mut ChaCha8Rng,
-) -> Result<Result<ToolWay, String>, MotionError> {
-    let Some(first) = poses.first() else { return Ok(Err("no poses".to_owned())) };
+) -> Result<ToolWay, String> {
+    let Some((first, rest)) = poses.split_first() else { return Err("no poses".to_owned()) };
     let options = IkOptions { avoid_collision: true, ..IkOptions::default() };
-    match solve_ik(free, first, seeds, &options, rng)? {
-        IkOutcome::Failed { best_position_error_m, collision, .. } => Ok(Err(match collision {
+    match solve_ik(free, first, seeds, &options, rng) {
+        IkOutcome::Failed(failure) => Err(match failure.collision {
             Some((a, b)) => format!("`{a}` would touch `{b}`"),
-            None => format!("nearest posture is {best_position_error_m:.2} m off"),
-        })),
-        IkOutcome::Solved { q, manipulability, .. } => {
-            match plan_tool_line(near, &q, &poses[1..], &ToolLineOptions::default())? {
-                Ok(path) => Ok(Ok(ToolWay { start: q, path, manipulability })),
-                Err(failure) => Ok(Err(format!(
-                    "the tool gets only {:.0} % of the way: {}",
-                    100.0 * failure.fraction_done,
-                    failure.reason
-                ))),
-            }
+            None => format!("the nearest posture is {:.2} m off", failure.best_position_error_m),
+        }),
+        IkOutcome::Solved(solution) => {
+            plan_tool_line(near, &solution.q, rest, &ToolLineOptions::default())
+                .map_err(|failure| in_words(&failure))?;
+            Ok(ToolWay { start: solution.q, manipulability: solution.manipulability })
         }
     }
+}
+
+/// The joint path of the tool along straight lines through `poses`, or why there is none.
+pub(crate) fn tool_line(
+    scene: &mut PlanningScene,
+    q: &[f64],
+    poses: &[Pose],
+    object: &str,
+) -> Result<Vec<Vec<f64>>, Failure> {
+    plan_tool_line(scene, q, poses, &ToolLineOptions::default())
+        .map_err(|failure| Failure::NoWay { object: object.to_owned(), detail: in_words(&failure) })
+}
+
+fn in_words(failure: &CartesianFailure) -> String {
+    let reason = match &failure.reason {
+        CartesianFailureReason::Unreachable { joint_at_limit: Some(joint), .. } => {
+            format!("joint `{joint}` is at its limit")
+        }
+        CartesianFailureReason::Unreachable { position_error_m, .. } => {
+            format!("the arm falls {position_error_m:.2} m short")
+        }
+        CartesianFailureReason::Jump { joint, .. } => format!("joint `{joint}` would have to jump"),
+        CartesianFailureReason::Collision((a, b)) => format!("`{a}` would touch `{b}`"),
+        CartesianFailureReason::BadStart => "the arm's state makes no sense".to_owned(),
+    };
+    format!("{:.0} % of a straight way: {reason}", 100.0 * failure.fraction_done)
 }

@@ -9,11 +9,12 @@ use factotum_control::{Impedance, Robot, RobotState};
 use factotum_descriptions::{ActionSpec, Contact, Grasp, ObjectJoint};
 use factotum_geometry::Pose;
 use factotum_motion::PlanningScene;
+use factotum_motion::grasps::expand_grasp;
 use nalgebra::Translation3;
 use rand_chacha::ChaCha8Rng;
 
-use crate::arm::{ArmMotion, Stop, ToolPathNeeds, ToolWay, find_tool_way, report};
-use crate::pick::{grip_force, line, scenes};
+use crate::arm::{ArmMotion, Stop, ToolPathNeeds, ToolWay, find_tool_way, report, tool_line};
+use crate::pick::{grip_force, scenes};
 use crate::{Failure, Initiation, Outcome, Situation, Skill, SkillError};
 
 /// Angle (rad) or way (m) between poses of the arc.
@@ -78,14 +79,14 @@ impl Articulate {
         let seeds = [seed.to_vec(), situation.robot.q_ready()];
         let mut detail = "its class has no grasp".to_owned();
         for grasp in self.grasps(situation) {
-            for object_from_tcp in factotum_motion::grasps::tool_poses(grasp, N_TURNS) {
-                let at = |position: f64| object.base_from_object * joint.motion(0.0, position) * object_from_tcp;
+            for candidate in expand_grasp(grasp, N_TURNS) {
+                let at = |position: f64| object.base_from_object * joint.motion(0.0, position) * candidate.object_from_tcp;
                 let before = at(from) * Translation3::new(0.0, 0.0, -STANDOFF_M);
                 let poses: Vec<Pose> = (0..=n_steps)
                     .map(|step| at(from + (to - from) * step as f64 / n_steps as f64))
                     .collect();
                 let all: Vec<Pose> = std::iter::once(before).chain(poses.iter().copied()).collect();
-                match find_tool_way(&mut free, &mut near, &all, &seeds, rng)? {
+                match find_tool_way(&mut free, &mut near, &all, &seeds, rng) {
                     Ok(way) => return Ok(Ok(Arc { before, poses, termination: to, way })),
                     Err(reason) => detail = reason,
                 }
@@ -104,17 +105,16 @@ impl Articulate {
         let joint = self.joint(situation)?.name.clone();
         let state = robot.state()?;
         let seed = situation.robot.q_from_state(state.lift_m, &state.arm_positions);
-        let arc = self.arc(situation, &seed, rng).map_err(Stop::Error)??;
-        let (mut free, mut near) = scenes(situation).map_err(Stop::Error)?;
+        let arc = self.arc(situation, &seed, rng)??;
+        let (mut free, mut near) = scenes(situation)?;
         let is_push = self.action.contact == Contact::Push;
-        let mut planning_rng = rng.clone();
         let mut arm = ArmMotion::new(robot, &situation.robot, rng);
         arm.grip(if is_push { 0.0 } else { 1.0 }, grip_force(situation))?;
         set_opening(&mut free, &mut near, is_push);
         arm.go(&mut free, std::slice::from_ref(&arc.way.start), name)?;
         let q = arm.configuration()?;
         let contact = arc.poses[0];
-        let to_contact = line(&mut near, &q, &[contact], name, &mut planning_rng)?;
+        let to_contact = tool_line(&mut near, &q, &[contact], name)?;
         arm.follow_near(&to_contact, &format!("approach {name}"))?;
         if !is_push {
             arm.grip(0.0, grip_force(situation))?;

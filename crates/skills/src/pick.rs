@@ -6,11 +6,11 @@
 use factotum_control::{Robot, RobotState};
 use factotum_geometry::Pose;
 use factotum_motion::PlanningScene;
-use factotum_motion::grasps::tool_poses;
+use factotum_motion::grasps::expand_grasp;
 use nalgebra::Translation3;
 use rand_chacha::ChaCha8Rng;
 
-use crate::arm::{ArmMotion, Stop, ToolWay, find_tool_way, report};
+use crate::arm::{ArmMotion, Stop, ToolWay, find_tool_way, report, tool_line};
 use crate::{Failure, Initiation, Outcome, Situation, Skill, SkillError};
 
 /// How far before the grasp the approach begins, metres.
@@ -51,15 +51,15 @@ impl Pick {
         let mut seeds = vec![seed.to_vec(), situation.robot.q_ready()];
         let mut ways: Vec<GraspWay> = Vec::new();
         let mut detail = String::new();
-        let candidates = object.class.grasps.iter().flat_map(|grasp| tool_poses(grasp, N_TURNS));
-        for (index, object_from_tcp) in candidates.enumerate() {
+        let candidates = object.class.grasps.iter().flat_map(|grasp| expand_grasp(grasp, N_TURNS));
+        for (index, candidate) in candidates.enumerate() {
             if self.without.contains(&index) {
                 continue;
             }
-            let grasp = object.base_from_object * object_from_tcp;
+            let grasp = candidate.base_from_tcp(&object.base_from_object);
             let before = grasp * Translation3::new(0.0, 0.0, -STANDOFF_M);
             let lifted = Translation3::new(0.0, 0.0, LIFT_M) * grasp;
-            match find_tool_way(&mut free, &mut near, &[before, grasp, lifted], &seeds, rng)? {
+            match find_tool_way(&mut free, &mut near, &[before, grasp, lifted], &seeds, rng) {
                 Ok(approach) => {
                     seeds.push(approach.start.clone());
                     ways.push(GraspWay { base_from_tcp: grasp, approach });
@@ -86,9 +86,8 @@ impl Pick {
         let name = &situation.object.name;
         let state = robot.state()?;
         let seed = situation.robot.q_from_state(state.lift_m, &state.arm_positions);
-        let ways = self.ways(situation, &seed, rng).map_err(Stop::Error)??;
+        let ways = self.ways(situation, &seed, rng)??;
         let (mut free, mut near) = scenes(situation)?;
-        let mut planning_rng = rng.clone();
         let mut arm = ArmMotion::new(robot, &situation.robot, rng);
         arm.grip(1.0, grip_force(situation))?;
         let mut refused = None;
@@ -103,14 +102,14 @@ impl Pick {
             }
             let q = arm.configuration()?;
             let lifted = Translation3::new(0.0, 0.0, LIFT_M) * way.base_from_tcp;
-            let to_grasp = line(&mut near, &q, &[way.base_from_tcp], name, &mut planning_rng)?;
+            let to_grasp = tool_line(&mut near, &q, &[way.base_from_tcp], name)?;
             arm.follow_near(&to_grasp, &format!("approach {name}"))?;
             if arm.grip(0.0, grip_force(situation))? < EMPTY_OPENING {
                 arm.grip(1.0, grip_force(situation))?;
                 return Err(Failure::Missed { object: name.clone() }.into());
             }
             let q = arm.configuration()?;
-            let up = line(&mut near, &q, &[lifted], name, &mut planning_rng)?;
+            let up = tool_line(&mut near, &q, &[lifted], name)?;
             arm.follow_near(&up, &format!("lift {name}"))?;
             if arm.state()?.gripper_opening < EMPTY_OPENING {
                 return Err(Failure::Slipped { object: name.clone() }.into());
@@ -160,22 +159,6 @@ pub(crate) fn scenes(situation: &Situation) -> Result<(PlanningScene, PlanningSc
     near.set_gripper(1.0);
     near.allow_contact(&situation.object.name);
     Ok((free, near))
-}
-
-pub(crate) fn line(
-    scene: &mut PlanningScene,
-    q: &[f64],
-    poses: &[Pose],
-    object: &str,
-    _rng: &mut ChaCha8Rng,
-) -> Result<Vec<Vec<f64>>, Stop> {
-    factotum_motion::plan_tool_line(scene, q, poses, &Default::default())?.map_err(|failure| {
-        Failure::NoWay {
-            object: object.to_owned(),
-            detail: format!("{:.0} % of a straight way: {}", 100.0 * failure.fraction_done, failure.reason),
-        }
-        .into()
-    })
 }
 
 pub(crate) fn grip_force(situation: &Situation) -> f64 {

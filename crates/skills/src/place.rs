@@ -9,8 +9,8 @@ use factotum_motion::PlanningScene;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 
-use crate::arm::{ArmMotion, Stop, ToolWay, find_tool_way, report};
-use crate::pick::{grip_force, line};
+use crate::arm::{ArmMotion, Stop, ToolWay, find_tool_way, report, tool_line};
+use crate::pick::grip_force;
 use crate::{Failure, Initiation, Outcome, Situation, Skill, SkillError};
 
 /// Turns of the object about the target's z axis that are tried.
@@ -76,7 +76,7 @@ impl Place {
         let seeds = [seed.to_vec(), situation.robot.q_ready()];
         let mut detail = String::new();
         for pose in poses {
-            match find_tool_way(&mut scene, &mut again, &[pose], &seeds, rng)? {
+            match find_tool_way(&mut scene, &mut again, &[pose], &seeds, rng) {
                 Ok(way) => return Ok(Ok((way, pose))),
                 Err(reason) => detail = reason,
             }
@@ -93,10 +93,9 @@ impl Place {
     ) -> Result<Outcome, Stop> {
         let state = robot.state()?;
         let seed = situation.robot.q_from_state(state.lift_m, &state.arm_positions);
-        let (way, pose) = self.way(situation, &seed, rng).map_err(Stop::Error)??;
+        let (way, pose) = self.way(situation, &seed, rng)??;
         let target = situation.target.as_ref().map_or("the target", |target| target.name.as_str());
-        let mut scene = Self::scene(situation).map_err(Stop::Error)?;
-        let mut planning_rng = rng.clone();
+        let mut scene = Self::scene(situation)?;
         let mut arm = ArmMotion::new(robot, &situation.robot, rng);
         arm.go(&mut scene, &[way.start], target)?;
         arm.grip(1.0, grip_force(situation))?;
@@ -106,7 +105,7 @@ impl Place {
         let back = pose * Translation3::new(0.0, 0.0, -BACK_OFF_M);
         let up = Translation3::new(0.0, 0.0, BACK_OFF_M) * pose;
         for retreat in [back, up] {
-            if let Ok(path) = line(&mut empty, &q, &[retreat], target, &mut planning_rng) {
+            if let Ok(path) = tool_line(&mut empty, &q, &[retreat], target) {
                 arm.follow_near(&path, "back off")?;
                 break;
             }
