@@ -1,1 +1,25 @@
-//! TODO
+//! The executive: explore, build the AOSM, plan, interleave navigation, act, monitor, recover.
+//!
+//! It speaks to a [`Robot`](factotum_control::Robot) and believes what it has seen; it cannot know whether the robot is
+//! simulated, and it never says that a chore is achieved, only that it believes so.
+//!
+//! A chore goes: manipulation-only plan p_O from the AOSM's domain; for each option, base poses sampled from its
+//! navigation symbol and kept if the option could start there; a path to one of them (p_O becomes {n₁, o₁, n₂, o₂, …},
+//! thesis 5.3); the skill; a look at what came of it; then on, again from elsewhere, or a new plan.
+
+mod act;
+mod drive;
+mod error;
+mod event;
+mod executive;
+mod navigate;
+mod report;
+mod settings;
+mod surroundings;
+mod tell;
+
+pub use error::AgentError;
+pub use event::{Event, LogLevel, Observer, StepKind, StepState, StepView, Wish};
+pub use executive::Executive;
+pub use report::{ExecutedStep, RunReport};
+pub use settings::Settings;

@@ -1,0 +1,155 @@
+//! Acting: what a skill is told, running it, and what its outcome means for the belief.
+
+use factotum_geometry::frames::pose_from_planar;
+use factotum_geometry::{Pose, Pose2};
+use factotum_motion::{Obstacle, PlanningScene};
+use factotum_semantic_map::{Location, OptionKind, OptionSpec};
+use factotum_skills::{
+    ArmMotion, Articulate, Failure, HeldView, ObjectView, Outcome, Pick, Place, Situation, Skill,
+};
+use nalgebra::Point3;
+
+use crate::surroundings::{obstacles_from_points, without_ball};
+use crate::{AgentError, Executive, LogLevel};
+
+/// Opening of the gripper below which it holds nothing, as a fraction.
+const EMPTY_OPENING: f64 = 0.06;
+
+impl Executive<'_> {
+    /// Runs the option's skill from where the robot stands and takes note of what came of it.
+    pub(crate) fn act(&mut self, option: &OptionSpec) -> Result<Result<(), String>, AgentError> {
+        let situation = {
+            let map_from_base = self.map_from_base()?;
+            self.situation(option, &map_from_base)?
+        };
+        let skill = skill_for(option);
+        self.log(LogLevel::Info, format!("{} {}", skill.name(), option.object))?;
+        let outcome = skill.run(self.robot, &situation, &mut self.rng)?;
+        let is_gripping = self.robot.state()?.gripper_opening > EMPTY_OPENING;
+        match (outcome, &option.kind) {
+            (Outcome::Done { tcp_from_held, .. }, OptionKind::Pick) => {
+                self.tcp_from_held = tcp_from_held;
+                self.aosm.object_mut(&option.object)?.location = Location::Held;
+                self.tuck()?;
+                Ok(self.check_grip(&option.object))
+            }
+            (Outcome::Done { .. }, OptionKind::Place { target, .. }) => {
+                self.tcp_from_held = None;
+                let at = self.aosm.object(target)?.map_from_object;
+                let object = self.aosm.object_mut(&option.object)?;
+                object.location = Location::In(target.clone());
+                object.map_from_object = at;
+                self.tuck()?;
+                Ok(Ok(()))
+            }
+            (Outcome::Done { joints, .. }, OptionKind::Articulate { .. }) => {
+                self.aosm.object_mut(&option.object)?.joints.extend(joints);
+                self.tuck()?;
+                Ok(Ok(()))
+            }
+            (Outcome::Failed(Failure::OnRequest), _) => Err(AgentError::Stopped),
+            (Outcome::Failed(failure), kind) => {
+                if matches!(kind, OptionKind::Place { .. }) && !is_gripping {
+                    self.let_go(&option.object)?;
+                }
+                Ok(Err(failure.to_string()))
+            }
+        }
+    }
+
+    /// Whether the gripper still holds what it is believed to hold; if not, the belief is mended.
+    fn check_grip(&mut self, object: &str) -> Result<(), String> {
+        let opening = self.robot.state().map_err(|error| error.to_string())?.gripper_opening;
+        if opening > EMPTY_OPENING {
+            return Ok(());
+        }
+        self.let_go(object).map_err(|error| error.to_string())?;
+        Err(Failure::Slipped { object: object.to_owned() }.to_string())
+    }
+
+    fn let_go(&mut self, object: &str) -> Result<(), AgentError> {
+        self.tcp_from_held = None;
+        self.aosm.object_mut(object)?.location = Location::Loose;
+        Ok(())
+    }
+
+    /// What a skill is told: everything believed, seen from a base pose.
+    pub(crate) fn situation(&self, option: &OptionSpec, map_from_base: &Pose2) -> Result<Situation, AgentError> {
+        let base_from_map = pose_from_planar(map_from_base, 0.0).inverse();
+        let target = match &option.kind {
+            OptionKind::Place { target, .. } => Some(target.as_str()),
+            OptionKind::Pick | OptionKind::Articulate { .. } => None,
+        };
+        Ok(Situation {
+            robot: self.model.clone(),
+            obstacles: self.obstacles(&base_from_map, &[option.object.as_str(), target.unwrap_or_default()])?,
+            object: self.view(&option.object, &base_from_map)?,
+            target: target.map(|target| self.view(target, &base_from_map)).transpose()?,
+            held: self.held_view()?,
+        })
+    }
+
+    fn view(&self, name: &str, base_from_map: &Pose) -> Result<ObjectView, AgentError> {
+        let object = self.aosm.object(name)?;
+        Ok(ObjectView {
+            name: name.to_owned(),
+            class: self.aosm.class(&object.class)?.clone(),
+            base_from_object: base_from_map * object.map_from_object,
+            joints: object.joints.clone(),
+        })
+    }
+
+    fn held_view(&self) -> Result<Option<HeldView>, AgentError> {
+        let Some((object, tcp_from_object)) = self.aosm.held().zip(self.tcp_from_held) else { return Ok(None) };
+        let class = self.aosm.class(&object.class)?.clone();
+        Ok(Some(HeldView { name: object.name.clone(), class, tcp_from_object }))
+    }
+
+    /// What the arm must keep clear of: seen surfaces, and known objects but for `without` and what is held.
+    fn obstacles(&self, base_from_map: &Pose, without: &[&str]) -> Result<Vec<Obstacle>, AgentError> {
+        /// Objects farther than this are out of the arm's way, metres.
+        const NEAR_M: f64 = 2.0;
+        /// Seen points this near to a known object are the object itself, metres.
+        const OBJECT_RADIUS_M: f64 = 0.16;
+        let mut points: Vec<Point3<f64>> = self.seen.points().iter().map(|point| base_from_map * point).collect();
+        let mut obstacles = Vec::new();
+        for object in self.aosm.objects.values().filter(|object| object.location == Location::Loose) {
+            let view = self.view(&object.name, base_from_map)?;
+            if view.base_from_object.translation.vector.norm() > NEAR_M {
+                continue;
+            }
+            without_ball(&mut points, &view.base_from_object, OBJECT_RADIUS_M);
+            if !without.contains(&object.name.as_str()) {
+                obstacles.push(view.as_obstacle());
+            }
+        }
+        obstacles.extend(obstacles_from_points(&points));
+        Ok(obstacles)
+    }
+
+    /// Brings the arm to its driving posture, clear of everything seen.
+    pub(crate) fn tuck(&mut self) -> Result<(), AgentError> {
+        let map_from_base = self.map_from_base()?;
+        let base_from_map = pose_from_planar(&map_from_base, 0.0).inverse();
+        let held = self.held_view()?.map(|held| held.as_held());
+        let obstacles = self.obstacles(&base_from_map, &[])?;
+        let mut scene = PlanningScene::new(&self.model, &obstacles, held.as_ref())?;
+        let rest = self.model.q_rest();
+        let tucked = ArmMotion::new(self.robot, &self.model, &mut self.rng).go_to_posture(&mut scene, &rest, "rest")?;
+        if let Err(failure) = tucked {
+            self.log(LogLevel::Warning, format!("cannot tuck the arm: {failure}"))?;
+        }
+        Ok(())
+    }
+}
+
+/// The skill that does an option.
+pub(crate) fn skill_for(option: &OptionSpec) -> Box<dyn Skill> {
+    match &option.kind {
+        OptionKind::Pick => Box::new(Pick::default()),
+        OptionKind::Place { action, .. } => {
+            Box::new(Place { target_from_object: action.place.unwrap_or_default().into() })
+        }
+        OptionKind::Articulate { action } => Box::new(Articulate { action: action.clone() }),
+    }
+}

@@ -1,0 +1,72 @@
+//! Driving: a path on the map, sent in the odometry frame, watched for drift and for things in the way.
+
+use factotum_control::{BasePath, Command, MotionStatus, Robot};
+use factotum_geometry::Pose2;
+use factotum_motion::{BaseOutcome, BasePathOptions, InflatedGrid, plan_base};
+use nalgebra::Point2;
+
+use crate::AgentError;
+
+/// How a drive ended.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Drive {
+    /// At the goal, as far as the robot knows.
+    Arrived,
+    /// Something stands on the path that was not on the map.
+    Blocked(Point2<f64>),
+    /// No path, or the base gave up.
+    Failed(String),
+}
+
+/// Fraction of the speed limits used for driving.
+const SPEED: f64 = 0.9;
+/// How long a drive may take beyond its expected duration, as a factor and seconds.
+const PATIENCE: (f64, f64) = (3.0, 10.0);
+
+/// A path on the inflated grid, or why there is none, in words.
+pub(crate) fn path_on(
+    grid: &InflatedGrid,
+    map_from_start: &Pose2,
+    map_from_goal: &Pose2,
+) -> Result<(Vec<Pose2>, f64), String> {
+    match plan_base(grid, map_from_start, map_from_goal, &BasePathOptions::default()) {
+        BaseOutcome::Solved { path, length_m, .. } => Ok((path, length_m)),
+        BaseOutcome::StartBlocked { .. } => Err("the robot stands too near to an obstacle to start".to_owned()),
+        BaseOutcome::GoalBlocked { .. } => Err("the goal is too near to an obstacle or off the map".to_owned()),
+        _ => Err("no free way on the map leads there".to_owned()),
+    }
+}
+
+/// Sends a path and waits until the drive is over; `watch` is asked ten times a second and may end it.
+pub(crate) fn follow(
+    robot: &mut dyn Robot,
+    map_from_odom: &Pose2,
+    path: &[Pose2],
+    length_m: f64,
+    watch: &mut dyn FnMut(&mut dyn Robot) -> Result<Option<Point2<f64>>, AgentError>,
+) -> Result<Drive, AgentError> {
+    const PERIOD_SECS: f64 = 0.1;
+    let odom_from_map = map_from_odom.inverse();
+    let odom_from_base = path.iter().map(|pose| odom_from_map * pose).collect();
+    let speed_m_per_s = robot.description().base.as_ref().map_or(0.1, |base| base.velocity_max_m_per_s);
+    let timeout_secs = PATIENCE.0 * length_m / speed_m_per_s + PATIENCE.1;
+    let started_secs = robot.state()?.time_secs;
+    let id = robot.send(Command::BasePath(BasePath { odom_from_base, speed: SPEED }))?;
+    loop {
+        robot.wait(PERIOD_SECS)?;
+        match robot.progress(id)? {
+            MotionStatus::Done | MotionStatus::Guarded => return Ok(Drive::Arrived),
+            MotionStatus::Aborted(reason) => return Ok(Drive::Failed(reason)),
+            MotionStatus::Preempted => return Ok(Drive::Failed("stopped".to_owned())),
+            MotionStatus::Active => {}
+        }
+        if let Some(place) = watch(robot)? {
+            robot.stop()?;
+            return Ok(Drive::Blocked(place));
+        }
+        if robot.state()?.time_secs - started_secs > timeout_secs {
+            robot.stop()?;
+            return Ok(Drive::Failed(format!("not there after {timeout_secs:.0} s")));
+        }
+    }
+}

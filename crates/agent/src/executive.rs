@@ -1,0 +1,199 @@
+//! The executive itself: a chore from goal to report.
+
+use factotum_control::Robot;
+use factotum_geometry::cloud::PointCloud;
+use factotum_geometry::{Pose, Pose2};
+use factotum_motion::RobotModel;
+use factotum_semantic_map::{Aosm, ChoreGoal, MapError, OptionKind, OptionSpec, TopologicalGraph};
+use factotum_task_planning::operator::GroundAction;
+use factotum_task_planning::planner::{Limits, PlanOutcome, Planner};
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+
+use crate::{AgentError, LogLevel, Observer, RunReport, Settings, StepState, StepView};
+
+/// Does chores with a robot, from what it believes of the home.
+pub struct Executive<'a> {
+    pub(crate) robot: &'a mut dyn Robot,
+    pub(crate) model: RobotModel,
+    pub(crate) aosm: Aosm,
+    pub(crate) graph: TopologicalGraph,
+    pub(crate) map_from_odom: Pose2,
+    pub(crate) tcp_from_held: Option<Pose>,
+    /// Surfaces the camera has seen, in the map frame.
+    pub(crate) seen: PointCloud,
+    pub(crate) planner: &'a dyn Planner,
+    pub(crate) observer: &'a mut dyn Observer,
+    pub(crate) settings: Settings,
+    pub(crate) rng: ChaCha8Rng,
+    pub(crate) steps: Vec<StepView>,
+    pub(crate) report: RunReport,
+}
+
+impl std::fmt::Debug for Executive<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Executive")
+            .field("robot", &self.model.description().name)
+            .field("n_objects", &self.aosm.objects.len())
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a> Executive<'a> {
+    /// An executive for a robot that stands at `map_from_odom` times its odometry, with what is known of the home.
+    ///
+    /// # Errors
+    /// [`AgentError::Motion`] if the robot's models cannot be loaded for planning.
+    pub fn new(
+        robot: &'a mut dyn Robot,
+        aosm: Aosm,
+        map_from_odom: Pose2,
+        planner: &'a dyn Planner,
+        observer: &'a mut dyn Observer,
+        settings: Settings,
+        seed: u64,
+    ) -> Result<Self, AgentError> {
+        let model = RobotModel::load(robot.description())?;
+        Ok(Self {
+            robot,
+            model,
+            aosm,
+            graph: TopologicalGraph::default(),
+            map_from_odom,
+            tcp_from_held: None,
+            seen: PointCloud::default(),
+            planner,
+            observer,
+            settings,
+            rng: ChaCha8Rng::seed_from_u64(seed),
+            steps: Vec::new(),
+            report: RunReport::default(),
+        })
+    }
+
+    /// What the robot believes of the home.
+    pub fn aosm(&self) -> &Aosm {
+        &self.aosm
+    }
+
+    /// The topological graph as last grounded.
+    pub fn graph(&self) -> &TopologicalGraph {
+        &self.graph
+    }
+
+    /// Plans and does a chore. That it cannot be done is part of the report, not an error.
+    ///
+    /// # Errors
+    /// [`AgentError`] for faults of the robot, the planner or the map, and [`AgentError::Stopped`] when the observer
+    /// wished to stop.
+    pub fn do_chore(&mut self, goal: &ChoreGoal) -> Result<RunReport, AgentError> {
+        let started_secs = self.robot.state()?.time_secs;
+        self.report = RunReport::default();
+        let reason = self.pursue(goal)?;
+        self.report.is_believed_done = reason.is_none();
+        if let Some(reason) = &reason {
+            self.log(LogLevel::Error, reason.clone())?;
+        }
+        self.report.reason = reason;
+        self.report.robot_secs = self.robot.state()?.time_secs - started_secs;
+        Ok(self.report.clone())
+    }
+
+    /// Plans and acts until the goal is believed to hold; returns why not otherwise.
+    fn pursue(&mut self, goal: &ChoreGoal) -> Result<Option<String>, AgentError> {
+        self.tuck()?;
+        for n_plans in 0..=self.settings.n_replans_max {
+            let condition = match goal.condition(&self.aosm) {
+                Ok(condition) => condition,
+                Err(error @ (MapError::NothingOfClass { .. } | MapError::NotOfClass { .. })) => {
+                    return Ok(Some(error.to_string()));
+                }
+                Err(error) => return Err(error.into()),
+            };
+            let domain = self.aosm.domain()?;
+            let problem = self.aosm.problem(&domain, condition)?;
+            let plan = match self.planner.solve(&domain, &problem, &Limits::default())? {
+                PlanOutcome::Solved { plan, .. } => plan,
+                PlanOutcome::Unsolvable { reason } => return Ok(Some(format!("no plan exists: {reason}"))),
+                PlanOutcome::Exhausted { reason } => return Ok(Some(format!("no plan was found: {reason}"))),
+                PlanOutcome::LimitReached { limit } => {
+                    return Ok(Some(format!("planning reached its {limit:?} limit").to_lowercase()));
+                }
+            };
+            self.report.n_replans = n_plans;
+            self.report.plan.clone_from(&plan.steps);
+            self.ground_graph()?;
+            if plan.steps.is_empty() {
+                return Ok(None);
+            }
+            self.show_plan(&plan.steps)?;
+            match self.execute(&plan.steps)? {
+                None => return Ok(None),
+                Some(reason) if n_plans == self.settings.n_replans_max => return Ok(Some(reason)),
+                Some(reason) => self.log(LogLevel::Warning, format!("planning anew: {reason}"))?,
+            }
+        }
+        Ok(Some("the plan was made anew too often".to_owned()))
+    }
+
+    /// Executes the steps; returns why the plan is no longer worth following, if so.
+    fn execute(&mut self, plan: &[GroundAction]) -> Result<Option<String>, AgentError> {
+        for (index, step) in plan.iter().enumerate() {
+            if let Err(reason) = self.perform(2 * index, step)? {
+                self.mark_rest_skipped(2 * index + 1)?;
+                return Ok(Some(reason));
+            }
+        }
+        Ok(None)
+    }
+
+    /// One step of the plan, from as many base poses as the settings allow.
+    fn perform(&mut self, view: usize, step: &GroundAction) -> Result<Result<(), String>, AgentError> {
+        let mut reason = String::new();
+        let mut spent: Vec<Pose2> = Vec::new();
+        for attempt in 1..=self.settings.n_attempts_max {
+            let option = self.aosm.option(step)?;
+            self.mark(view, StepState::Running, None)?;
+            let Some(map_from_base) = self.choose_base(&option, &spent, &mut reason)? else {
+                self.mark(view, StepState::Failed, Some(reason.clone()))?;
+                return Ok(Err(reason));
+            };
+            spent.push(map_from_base);
+            let (outcome, robot_secs) = self.timed(|this| this.drive_to(&map_from_base))?;
+            self.record("navigate", std::slice::from_ref(&option.object), &outcome, attempt, robot_secs);
+            if let Err(why) = outcome {
+                self.mark(view, StepState::Failed, Some(why.clone()))?;
+                reason = why;
+                continue;
+            }
+            self.mark(view, StepState::Done, None)?;
+            self.mark(view + 1, StepState::Running, None)?;
+            let (outcome, robot_secs) = self.timed(|this| this.act(&option))?;
+            self.record(&step.name, &step.args, &outcome, attempt, robot_secs);
+            match outcome {
+                Ok(()) => {
+                    self.mark(view + 1, StepState::Done, None)?;
+                    return Ok(Ok(()));
+                }
+                Err(why) => {
+                    self.mark(view + 1, StepState::Failed, Some(why.clone()))?;
+                    reason = why;
+                    self.tuck()?;
+                }
+            }
+            if !self.is_still_applicable(&option) {
+                return Ok(Err(reason));
+            }
+        }
+        Ok(Err(reason))
+    }
+
+    /// Whether what the option needs still holds after a failed try: a dropped object must be picked again first.
+    fn is_still_applicable(&self, option: &OptionSpec) -> bool {
+        let is_held = self.aosm.held().is_some_and(|held| held.name == option.object);
+        match option.kind {
+            OptionKind::Place { .. } => is_held,
+            OptionKind::Pick | OptionKind::Articulate { .. } => self.aosm.held().is_none(),
+        }
+    }
+}
