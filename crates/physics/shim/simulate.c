@@ -56,7 +56,7 @@ int fct_kinematics(const mjModel* m, mjData* d, int* kind, int* info) {
   FCT_GUARDED(mj_checkPos(m, d));
   int rc = take_warning(d, kind, info);
   if (rc) return rc;
-  FCT_GUARDED(mj_kinematics(m, d); mj_comPos(m, d); mj_camlight(m, d));
+  FCT_GUARDED(mj_fwdKinematics(m, d));
   return take_warning(d, kind, info);
 }
 
@@ -64,11 +64,11 @@ int fct_collision(const mjModel* m, mjData* d, int* kind, int* info) {
   FCT_GUARDED(mj_checkPos(m, d));
   int rc = take_warning(d, kind, info);
   if (rc) return rc;
-  FCT_GUARDED(mj_kinematics(m, d); mj_comPos(m, d); mj_collision(m, d));
+  FCT_GUARDED(mj_kinematics(m, d); if (m->nflex) mj_flex(m, d); mj_collision(m, d));
   return take_warning(d, kind, info);
 }
 
-// Inertia and bias forces only: no actuation, contacts or constraint solver.
+// Poses, inertia and bias forces only: no actuation, contacts or constraint solver.
 int fct_dynamics(const mjModel* m, mjData* d, int* kind, int* info) {
   CHECK_INPUT(m, d, kind, info);
   FCT_GUARDED(mj_kinematics(m, d); mj_comPos(m, d); mj_camlight(m, d); mj_makeM(m, d);

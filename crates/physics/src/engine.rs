@@ -228,14 +228,18 @@ pub(crate) fn install() {
     });
 }
 
-/// The text of the last error on this thread.
+/// The text of the last error on this thread, in one line.
 pub(crate) fn message() -> String {
     // SAFETY: takes nothing; returns a NUL-terminated buffer of this thread.
     let text = unsafe { fct_message() };
     // SAFETY: as above; the buffer lives as long as the thread, and is copied at once.
-    unsafe { CStr::from_ptr(text) }
-        .to_string_lossy()
-        .into_owned()
+    let text = unsafe { CStr::from_ptr(text) }.to_string_lossy();
+    let lines: Vec<&str> = text
+        .lines()
+        .map(str::trim)
+        .filter(|line| !line.is_empty())
+        .collect();
+    lines.join("; ").trim_start_matches("Error: ").to_owned()
 }
 
 /// The fatal error that `call` left behind.

@@ -621,6 +621,31 @@ impl ModelEdit<'_> {
         values[3 * geom.0..3 * geom.0 + 3].copy_from_slice(&friction);
     }
 
+    /// Sets which geoms a geom collides with: a pair collides when the type of one shares a bit with
+    /// the affinity of the other. Bodies fixed to each other and excluded pairs still do not.
+    pub fn set_geom_contact_bits(&mut self, geom: GeomId, contype: i32, conaffinity: i32) {
+        let n = self.tables.geoms.len();
+        // SAFETY: geom_contype holds ngeom values; the copy is held by this edit alone.
+        let types = unsafe { std::slice::from_raw_parts_mut(self.raw.geom_contype, n) };
+        types[geom.0] = contype;
+        // SAFETY: geom_conaffinity holds ngeom values; as above.
+        let affinities = unsafe { std::slice::from_raw_parts_mut(self.raw.geom_conaffinity, n) };
+        affinities[geom.0] = conaffinity;
+    }
+
+    /// Sets the distance (m) from which a geom's contacts are found.
+    pub fn set_geom_margin(&mut self, geom: GeomId, margin_m: f64) {
+        let n = self.tables.geoms.len();
+        // SAFETY: geom_margin holds ngeom values; the copy is held by this edit alone.
+        let margins = unsafe { std::slice::from_raw_parts_mut(self.raw.geom_margin, n) };
+        margins[geom.0] = margin_m;
+        let n_bodies = self.tables.bodies.len();
+        // SAFETY: body_margin, the largest of a body's geoms, holds nbody values; as above.
+        let of_bodies = unsafe { std::slice::from_raw_parts_mut(self.raw.body_margin, n_bodies) };
+        let of_body = &mut of_bodies[self.tables.geoms[geom.0].body];
+        *of_body = of_body.max(margin_m);
+    }
+
     /// Takes a geom out of collision detection; it is still seen by rays.
     pub fn disable_geom_contacts(&mut self, geom: GeomId) {
         let n = self.tables.geoms.len();

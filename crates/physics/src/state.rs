@@ -303,7 +303,8 @@ impl State {
         self.run(engine::fct_kinematics, "mj_kinematics")
     }
 
-    /// Computes poses and contacts from positions alone: no forces.
+    /// Computes poses of bodies, geoms and sites and their contacts, from positions alone: no
+    /// Jacobians, no forces. The cheapest way to check a configuration.
     ///
     /// # Errors
     /// As [`step`](Self::step).
