@@ -1,1 +1,13 @@
-//! TODO
+//! What is kept of a run, and runs in number: run folders, recordings, reports and sweeps over seeds.
+//!
+//! A run leaves a [`run_folder::RunFolder`] with its manifest, a [`recording::Recording`] that opens in Foxglove, and a
+//! [`report::Report`] to read or print. All three take the plain data of `factotum-protocol`, the same messages that a
+//! page is shown, so that whoever drives a run feeds page, recording and report from one place. A
+//! [`sweep::Sweep`] runs a command over many seeds in child processes and says how often it succeeded.
+//!
+//! Nothing here reads the clock: times come as [`utc::UtcTime`] or as seconds of the robot's clock.
+
+pub mod recording;
+pub mod run_folder;
+pub mod storage;
+pub mod utc;
