@@ -631,6 +631,22 @@ impl ModelEdit<'_> {
         // SAFETY: geom_conaffinity holds ngeom values; as above.
         let affinities = unsafe { std::slice::from_raw_parts_mut(self.raw.geom_conaffinity, n) };
         affinities[geom.0] = conaffinity;
+        // MuJoCo's first filter looks at the union over each body's geoms.
+        let body = self.tables.geoms[geom.0].body;
+        let union = |bits: &[i32]| {
+            let geoms = self.tables.geoms.iter().zip(bits);
+            geoms
+                .filter(|(geom, _)| geom.body == body)
+                .fold(0, |union, (_, bits)| union | bits)
+        };
+        let n_bodies = self.tables.bodies.len();
+        // SAFETY: body_contype holds nbody values; as above.
+        let of_bodies = unsafe { std::slice::from_raw_parts_mut(self.raw.body_contype, n_bodies) };
+        of_bodies[body] = union(types);
+        // SAFETY: body_conaffinity holds nbody values; as above.
+        let of_bodies =
+            unsafe { std::slice::from_raw_parts_mut(self.raw.body_conaffinity, n_bodies) };
+        of_bodies[body] = union(affinities);
     }
 
     /// Sets the distance (m) from which a geom's contacts are found.

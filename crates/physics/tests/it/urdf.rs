@@ -178,6 +178,31 @@ fn a_urdf_part_is_attached_with_actuators() -> Result<(), Box<dyn std::error::Er
     Ok(())
 }
 
+/// The pybullet wheel's own iiwa, unchanged. Set FACTOTUM_PYBULLET_DATA_DIR to the unpacked wheel's
+/// `pybullet_data` folder to run it.
+#[test]
+fn the_pybullet_iiwa_loads_unchanged() -> Result<(), PhysicsError> {
+    let Some(dir) = std::env::var_os("FACTOTUM_PYBULLET_DATA_DIR") else {
+        println!(
+            "skipped: FACTOTUM_PYBULLET_DATA_DIR is not set to the wheel's pybullet_data folder"
+        );
+        return Ok(());
+    };
+    let file = Path::new(&dir).join("kuka_iiwa/model.urdf");
+    let model = Model::from_mjcf_str(&urdf_to_mjcf(&file, &UrdfOptions::default())?)?;
+    assert_eq!((model.n_q(), model.n_v()), (7, 7));
+    // A visual and a collision mesh for each of eight links, from files with the same stem.
+    assert_eq!(model.n_geoms(), 16);
+    let names: Vec<_> = model.joint_names();
+    assert_eq!(names[0], "lbr_iiwa_joint_1");
+    assert_relative_eq!(model.body_mass(model.body("lbr_iiwa_link_1")?), 4.0);
+    let mut state = State::new(&model)?;
+    for _ in 0..200 {
+        state.step()?;
+    }
+    Ok(())
+}
+
 /// A three-link planar arm that can fold its last link onto its first, and not onto its base.
 const FOLDING: &str = r#"<mujoco><compiler angle="radian"/><worldbody>
   <body name="base"><geom size=".05"/>
