@@ -1,6 +1,7 @@
 //! What can go wrong in motion, apart from there being no path.
 
 use factotum_descriptions::TrajectoryError;
+use factotum_physics::PhysicsError;
 
 /// An error of this crate: bad input or a fault, never "no solution".
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -66,6 +67,9 @@ pub enum MotionError {
         /// What is allowed.
         wanted: &'static str,
     },
+    /// A model does not load, or the engine failed.
+    #[error(transparent)]
+    Physics(#[from] PhysicsError),
     /// The timed path is not a trajectory.
     #[error(transparent)]
     Trajectory(#[from] TrajectoryError),

@@ -43,6 +43,8 @@ pub mod tool_line;
 
 #[cfg(test)]
 mod test_arms;
+#[cfg(test)]
+mod test_robots;
 
 pub use base_path::{BaseOutcome, BasePathOptions, InflatedGrid, InflationOptions, plan_base};
 pub use error::MotionError;

@@ -1,7 +1,15 @@
 //! A planning scene: the robot among obstacles that the caller believes in.
+//!
+//! Checked are contacts between what the chain moves and obstacles, and between parts of the robot that the chain
+//! moves against each other (see `robot/groups.rs`). What does not depend on the configuration is not checked:
+//! neither the base against obstacles nor obstacles against each other.
 
+mod compile;
+
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
+use factotum_physics::{GeomId, JointId, State};
 use nalgebra::Matrix6xX;
 
 use crate::Pose;
@@ -33,7 +41,7 @@ pub enum ObstacleShape {
     Model {
         /// MJCF or URDF file.
         file: PathBuf,
-        /// Positions of its joints, by name (rad, m); others are zero.
+        /// Positions of its joints, by name (rad, m); others are as the model has them.
         joint_positions: Vec<(String, f64)>,
     },
 }
@@ -62,21 +70,72 @@ pub struct HeldObject {
 #[derive(Debug)]
 pub struct PlanningScene {
     robot: RobotModel,
+    state: State,
+    joints: Vec<JointId>,
+    gripper: Vec<GripperJoint>,
+    /// What each geom is, for messages and for [`PlanningScene::allow_contact`].
+    owners: Vec<Owner>,
+    margin_m: f64,
+    allowed: BTreeSet<String>,
+}
+
+/// What a geom belongs to.
+#[derive(Debug, Clone, PartialEq)]
+enum Owner {
+    Robot { body: String, is_tool: bool },
+    Held,
+    Obstacle { name: String },
+}
+
+/// Name by which the held object appears in collisions.
+pub const HELD_OBJECT: &str = "held object";
+
+impl Owner {
+    fn label(&self) -> &str {
+        match self {
+            Self::Robot { body, .. } => body,
+            Self::Held => HELD_OBJECT,
+            Self::Obstacle { name } => name,
+        }
+    }
+
+    fn is_tool(&self) -> bool {
+        matches!(self, Self::Held | Self::Robot { is_tool: true, .. })
+    }
+}
+
+/// A finger joint with its positions in the closed and in the open gripper.
+#[derive(Debug)]
+struct GripperJoint {
+    joint: JointId,
+    closed: f64,
+    open: f64,
 }
 
 impl PlanningScene {
-    /// Compiles a scene.
+    /// Compiles a scene; things collide when they overlap. The gripper is open.
     ///
     /// # Errors
     /// [`MotionError`] if a model does not load or two obstacles have one name.
     pub fn new(
         robot: &RobotModel,
-        _obstacles: &[Obstacle],
-        _held: Option<&HeldObject>,
+        obstacles: &[Obstacle],
+        held: Option<&HeldObject>,
     ) -> Result<Self, MotionError> {
-        Ok(Self {
-            robot: robot.clone(),
-        })
+        Self::with_margin(robot, obstacles, held, 0.0)
+    }
+
+    /// Compiles a scene in which things collide when they are nearer than `margin_m`.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_margin(
+        robot: &RobotModel,
+        obstacles: &[Obstacle],
+        held: Option<&HeldObject>,
+        margin_m: f64,
+    ) -> Result<Self, MotionError> {
+        compile::compile(robot, obstacles, held, margin_m)
     }
 
     /// The robot.
@@ -85,33 +144,113 @@ impl PlanningScene {
     }
 
     /// Pose of the tool.
+    ///
+    /// # Panics
+    /// When `q` does not have one value per chain joint.
     pub fn base_from_tcp(&mut self, q: &[f64]) -> Pose {
         self.robot.chain().base_from_tcp(q)
     }
 
     /// Jacobian at the tool, base frame, linear above angular.
+    ///
+    /// # Panics
+    /// When `q` does not have one value per chain joint.
     pub fn jacobian(&mut self, q: &[f64]) -> Matrix6xX<f64> {
         self.robot.chain().jacobian(q)
     }
 
     /// Manipulability value (thesis Eq. 3.2).
+    ///
+    /// # Panics
+    /// When `q` does not have one value per chain joint.
     pub fn manipulability(&mut self, q: &[f64]) -> f64 {
         manipulability::manipulability(&self.robot.chain().jacobian(q), self.robot.limits(), q)
     }
 
     /// Names of the first colliding pair, or nothing if the configuration is free.
-    pub fn collision(&mut self, _q: &[f64]) -> Option<(String, String)> {
-        None
+    ///
+    /// A configuration that cannot be checked (not finite, or the engine fails) counts as colliding; the pair then
+    /// says so.
+    ///
+    /// # Panics
+    /// When `q` does not have one value per chain joint.
+    pub fn collision(&mut self, q: &[f64]) -> Option<(String, String)> {
+        let (a, b) = match self.first_contact(q) {
+            Ok(contact) => contact?,
+            Err(error) => return Some(("physics engine".to_owned(), error.to_string())),
+        };
+        let label = |geom: GeomId| self.owners[geom.index()].label().to_owned();
+        Some((label(a), label(b)))
     }
 
     /// Whether nothing collides.
+    ///
+    /// # Panics
+    /// As [`Self::collision`].
     pub fn is_free(&mut self, q: &[f64]) -> bool {
-        self.collision(q).is_none()
+        matches!(self.first_contact(q), Ok(None))
     }
 
-    /// The tool (gripper and held object) may touch this obstacle; unknown names are ignored.
-    pub fn allow_contact(&mut self, _obstacle: &str) {}
+    /// The tool (gripper and held object) may touch this obstacle; a name that the scene lacks changes nothing.
+    pub fn allow_contact(&mut self, obstacle: &str) {
+        self.allowed.insert(obstacle.to_owned());
+    }
+
+    /// The tool may no longer touch this obstacle.
+    pub fn forbid_contact(&mut self, obstacle: &str) {
+        self.allowed.remove(obstacle);
+    }
 
     /// Sets the opening of the gripper for collision checks: 0 closed, 1 open.
-    pub fn set_gripper(&mut self, _opening: f64) {}
+    pub fn set_gripper(&mut self, opening: f64) {
+        let opening = if opening.is_finite() {
+            opening.clamp(0.0, 1.0)
+        } else {
+            1.0
+        };
+        for finger in &self.gripper {
+            let position = finger.closed + opening * (finger.open - finger.closed);
+            self.state.set_joint_position(finger.joint, position);
+        }
+    }
+
+    fn first_contact(&mut self, q: &[f64]) -> Result<Option<(GeomId, GeomId)>, MotionError> {
+        assert_eq!(
+            q.len(),
+            self.joints.len(),
+            "configuration and chain differ in length"
+        );
+        for (&joint, &q) in self.joints.iter().zip(q) {
+            if !q.is_finite() {
+                return Err(MotionError::NotFinite {
+                    what: "joint position",
+                    found: q,
+                });
+            }
+            self.state.set_joint_position(joint, q);
+        }
+        self.state.detect_collisions()?;
+        let contact = self.state.contacts().find(|contact| {
+            contact.distance_m < self.margin_m && !self.may_touch(contact.geom_a, contact.geom_b)
+        });
+        Ok(contact.map(|contact| (contact.geom_a, contact.geom_b)))
+    }
+
+    /// Whether a contact found by physics is no collision. (Pairs that never matter are not found.)
+    fn may_touch(&self, a: GeomId, b: GeomId) -> bool {
+        let (a, b) = (&self.owners[a.index()], &self.owners[b.index()]);
+        match (a, b) {
+            (Owner::Obstacle { .. }, Owner::Obstacle { .. }) => true,
+            (Owner::Obstacle { name }, other) | (other, Owner::Obstacle { name }) => {
+                other.is_tool() && self.allowed.contains(name)
+            }
+            (Owner::Robot { body: a, .. }, Owner::Robot { body: b, .. }) => {
+                self.robot.always_touch(a, b)
+            }
+            (Owner::Held, _) | (_, Owner::Held) => false,
+        }
+    }
 }
+
+#[cfg(test)]
+mod tests;
