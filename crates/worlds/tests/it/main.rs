@@ -1,0 +1,4 @@
+//! The simulated robot in the household.
+
+mod fixture;
+mod motions;
