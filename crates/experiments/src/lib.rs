@@ -8,6 +8,8 @@
 //! Nothing here reads the clock: times come as [`utc::UtcTime`] or as seconds of the robot's clock.
 
 pub mod recording;
+pub mod report;
 pub mod run_folder;
 pub mod storage;
+pub mod sweep;
 pub mod utc;

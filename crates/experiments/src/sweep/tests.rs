@@ -1,0 +1,133 @@
+use super::*;
+
+/// A sweep over a shell script that finds its seed in `$seed`.
+fn sweep(folder: &Path, script: &str, seeds: std::ops::Range<u64>, n_workers: usize) -> Sweep {
+    // The arguments after the script are `sh --seed SEED`, of which the shell takes the first for its own name.
+    let arguments = ["-c", &format!("seed=$2; {script}"), "sh"];
+    Sweep {
+        program: PathBuf::from("sh"),
+        arguments: arguments.map(str::to_owned).to_vec(),
+        seeds: seeds.collect(),
+        n_workers,
+        folder: folder.to_path_buf(),
+    }
+}
+
+const ODD_SEEDS_FAIL: &str = r#"echo "{\"achieved\": $([ $((seed % 2)) = 0 ] && echo true || echo false)}"; exit $((seed % 2))"#;
+
+fn run(sweep: &Sweep) -> Vec<RunResult> {
+    sweep.run(&AtomicBool::new(false), |_| {}).unwrap()
+}
+
+#[test]
+fn successes_and_failures_are_counted() {
+    let dir = tempfile::tempdir().unwrap();
+    let results = run(&sweep(dir.path(), ODD_SEEDS_FAIL, 0..6, 2));
+    assert_eq!(
+        results.iter().map(|result| result.seed).collect::<Vec<_>>(),
+        [0, 1, 2, 3, 4, 5]
+    );
+    assert_eq!(
+        results[2].output,
+        Some(serde_json::json!({"achieved": true}))
+    );
+    let summary = summarize(&results).unwrap();
+    assert_eq!((summary.n_runs, summary.n_successes), (6, 3));
+    assert_eq!(summary.seeds_failed, [1, 3, 5]);
+    assert!(summary.seeds_unanswered.is_empty());
+}
+
+#[test]
+fn the_number_of_workers_changes_nothing_but_the_time() {
+    let dir = tempfile::tempdir().unwrap();
+    let timeless = |results: Vec<RunResult>| -> Vec<RunResult> {
+        results
+            .into_iter()
+            .map(|result| RunResult {
+                wall_secs: 0.0,
+                ..result
+            })
+            .collect()
+    };
+    let alone = run(&sweep(&dir.path().join("one"), ODD_SEEDS_FAIL, 0..8, 1));
+    let together = run(&sweep(&dir.path().join("four"), ODD_SEEDS_FAIL, 0..8, 4));
+    assert_eq!(timeless(alone), timeless(together));
+}
+
+#[test]
+fn a_crash_counts_as_a_failure_and_its_messages_are_kept() {
+    let dir = tempfile::tempdir().unwrap();
+    let results = run(&sweep(dir.path(), "echo why >&2; kill -9 $$", 0..1, 1));
+    assert_eq!(results[0].exit_code, None);
+    assert_eq!(results[0].messages.trim(), "why");
+    let summary = summarize(&results).unwrap();
+    assert_eq!(
+        (summary.n_successes, summary.seeds_unanswered),
+        (0, vec![0])
+    );
+}
+
+#[test]
+fn a_sweep_goes_on_where_it_was() {
+    let dir = tempfile::tempdir().unwrap();
+    let count = "echo x >> count; echo '{}'";
+    let in_folder = format!("cd '{}'; {count}", dir.path().display());
+    let stop = AtomicBool::new(false);
+    let first = sweep(dir.path(), &in_folder, 0..5, 1);
+    let partial = first
+        .run(&stop, |result| {
+            stop.store(result.seed >= 1, Ordering::Relaxed)
+        })
+        .unwrap();
+    assert!(
+        (2..5).contains(&partial.len()),
+        "stopped after {}",
+        partial.len()
+    );
+    // A crash cuts the last line short.
+    let file = dir.path().join(RESULTS_NAME);
+    let whole = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, format!("{whole}{{\"seed\":9,")).unwrap();
+    assert_eq!(run(&first).len(), 5);
+    let n_runs = std::fs::read_to_string(dir.path().join("count"))
+        .unwrap()
+        .lines()
+        .count();
+    assert_eq!(n_runs, 5, "no seed ran twice");
+}
+
+#[test]
+fn a_program_that_is_not_there_is_an_error() {
+    let dir = tempfile::tempdir().unwrap();
+    let missing = Sweep {
+        program: PathBuf::from("no-such-program"),
+        ..sweep(dir.path(), "", 0..3, 2)
+    };
+    let error = missing.run(&AtomicBool::new(false), |_| {}).unwrap_err();
+    assert!(matches!(error, SweepError::Start { .. }), "{error:?}");
+}
+
+#[test]
+fn foreign_results_are_not_taken_for_ours() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join(RESULTS_NAME), "{\"sede\": 1}\n").unwrap();
+    let error = sweep(dir.path(), "", 0..1, 1)
+        .run(&AtomicBool::new(false), |_| {})
+        .unwrap_err();
+    assert!(
+        matches!(error, SweepError::Result { line: 1, .. }),
+        "{error:?}"
+    );
+}
+
+#[test]
+fn no_results_have_no_summary() {
+    assert_eq!(summarize(&[]), None);
+}
+
+#[test]
+fn the_median_lies_between_the_middle_two() {
+    assert_eq!(median(&[1.0, 2.0, 4.0, 9.0]), Some(3.0));
+    assert_eq!(median(&[1.0, 2.0, 4.0]), Some(2.0));
+    assert_eq!(median(&[]), None);
+}
