@@ -403,7 +403,8 @@ fn solve_step(pairs: &[Pair], params: &IcpParams) -> Step {
     Step {
         motion,
         center,
-        n_unconstrained,
+        // Held directions have no curvature, but not for want of data.
+        n_unconstrained: n_unconstrained - n_held,
     }
 }
 

@@ -22,8 +22,8 @@ pub struct GridMapperParams {
     pub miss_log_odds: f64,
     /// Bound of |log-odds|; 4 is p = 0.98. Larger values remember longer.
     pub log_odds_max: f64,
-    /// Whether rays without a return free the cells up to the lidar's range. Off when black or glass
-    /// surfaces swallow rays.
+    /// Whether rays without a return free the cells up to the lidar's range. Off by default: a ray that a
+    /// dark or glass surface swallowed would open the wall it hit and clear what lies behind.
     pub clear_without_return: bool,
 }
 
@@ -34,7 +34,7 @@ impl Default for GridMapperParams {
             hit_log_odds: 1.5,
             miss_log_odds: -1.15,
             log_odds_max: 4.0,
-            clear_without_return: true,
+            clear_without_return: false,
         }
     }
 }

@@ -1,0 +1,4 @@
+//! Time of localisation.
+fn main() {
+    divan::main();
+}

@@ -1,0 +1,464 @@
+//! Objects of known classes in a segmented depth image.
+//!
+//! The segmenter says which pixels belong to an instance of which class; depth makes them points; the
+//! object's pose is where the class model's surface lies on them. Registration starts from many poses,
+//! since it only finds the nearest minimum: the model is turned about the vertical when the class stands
+//! upright, over the 24 turns of a cube and the principal axes otherwise, and put with the centre of its
+//! *visible* surface (the part that faces the camera) on the centre of the points. Each start is refined by
+//! point-to-plane ICP onto the visible surface only, so that a thin object is not pulled to its back. The
+//! best fit has the least truncated distance of the points to the model plus the share of the model that
+//! the camera looks *through*: a big object may not explain a small patch.
+
+use crate::sensing::{DepthFrame, DepthFrameError};
+use factotum_geometry::Pose;
+use factotum_geometry::cloud::PointCloud;
+use factotum_geometry::icp::{IcpFreedom, IcpParams, IcpTarget};
+use nalgebra::{Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// What a class of objects looks like.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClassModel {
+    /// Name, as the segmenter says it.
+    pub name: String,
+    /// Samples of the surface with outward normals, in the class's frame Λ, joints at their usual position.
+    pub surface: PointCloud,
+    /// Whether turning it about Λ's z axis changes nothing.
+    pub is_yaw_symmetric: bool,
+    /// Whether Λ's z axis always points up.
+    pub is_upright: bool,
+    /// Whether it belongs to the building, so that it never moves.
+    pub is_fixed: bool,
+}
+
+/// Settings of a [`Detector`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DetectParams {
+    /// Fewest points of an instance.
+    pub n_points_min: usize,
+    /// Points are thinned to one per voxel of this edge (m).
+    pub voxel_m: f64,
+    /// Most points of the observation and of the model that are used.
+    pub n_points_max: usize,
+    /// Points farther than this from the model count as not explained (m).
+    pub outlier_m: f64,
+    /// Headings tried for a class that stands upright.
+    pub n_yaw_starts: usize,
+    /// Least share of the points that the model must explain.
+    pub fitness_min: f64,
+}
+
+impl Default for DetectParams {
+    fn default() -> Self {
+        Self {
+            n_points_min: 12,
+            voxel_m: 0.005,
+            n_points_max: 300,
+            outlier_m: 0.015,
+            n_yaw_starts: 12,
+            fitness_min: 0.5,
+        }
+    }
+}
+
+/// An object that was seen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Detection {
+    /// Its class.
+    pub class: String,
+    /// The instance's label in the image.
+    pub label: u16,
+    /// Pose of its frame Λ in the robot's base frame.
+    pub base_from_object: Pose,
+    /// Root mean square distance of the explained points to the model (m).
+    pub rms_m: f64,
+    /// Points it was fitted to.
+    pub n_points: usize,
+    /// Share of the points within [`DetectParams::outlier_m`] of the model.
+    pub fitness: f64,
+    /// How far the object was from the camera (m).
+    pub distance_m: f64,
+    /// Whether its heading about Λ's z axis means nothing.
+    pub is_yaw_symmetric: bool,
+    /// Whether it belongs to the building.
+    pub is_fixed: bool,
+}
+
+/// A class that cannot be detected.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DetectError {
+    /// The surface has no normals or hardly any points.
+    #[error(
+        "class `{class}` has {n_points} surface points with {n_normals} normals, expected at least {wanted} of each"
+    )]
+    Model {
+        /// The class.
+        class: String,
+        /// Points of its surface.
+        n_points: usize,
+        /// Normals of its surface.
+        n_normals: usize,
+        /// Points wanted.
+        wanted: usize,
+    },
+    /// Two models have one name.
+    #[error("class `{class}` is given twice")]
+    RepeatedClass {
+        /// The class.
+        class: String,
+    },
+}
+
+/// Finds objects of known classes.
+#[derive(Debug, Clone)]
+pub struct Detector {
+    params: DetectParams,
+    models: Vec<ClassModel>,
+}
+
+/// A model laid onto the points of an instance.
+struct Fit {
+    base_from_object: Pose,
+    rms_m: f64,
+    fitness: f64,
+    /// Less is better.
+    cost: f64,
+}
+
+/// One instance's points and what the camera saw around it.
+struct View<'a> {
+    frame: &'a DepthFrame,
+    points: Vec<Point3<f64>>,
+    center: Point3<f64>,
+    camera: Point3<f64>,
+}
+
+impl Detector {
+    /// Detector for these classes; samples beyond [`DetectParams::n_points_max`] are thinned evenly.
+    ///
+    /// # Errors
+    /// [`DetectError`] when a model has too few points or no normals, or a name comes twice.
+    pub fn new(models: Vec<ClassModel>, params: DetectParams) -> Result<Self, DetectError> {
+        let wanted = params.n_points_min.max(3);
+        let mut thinned: Vec<ClassModel> = Vec::with_capacity(models.len());
+        for model in models {
+            let (n_points, n_normals) = (
+                model.surface.len(),
+                model.surface.normals().map_or(0, <[_]>::len),
+            );
+            if n_points < wanted || n_normals != n_points {
+                return Err(DetectError::Model {
+                    class: model.name,
+                    n_points,
+                    n_normals,
+                    wanted,
+                });
+            }
+            if thinned.iter().any(|other| other.name == model.name) {
+                return Err(DetectError::RepeatedClass { class: model.name });
+            }
+            // The model is two-sided, of which at most half is seen at once.
+            let surface = evenly(&model.surface, 4 * params.n_points_max);
+            thinned.push(ClassModel { surface, ..model });
+        }
+        Ok(Self {
+            params,
+            models: thinned,
+        })
+    }
+
+    /// The classes.
+    #[must_use]
+    pub fn models(&self) -> &[ClassModel] {
+        &self.models
+    }
+
+    /// The objects in an image, by label. Labels of unknown classes, with too few points or without a
+    /// fitting pose are left out.
+    ///
+    /// # Errors
+    /// [`DepthFrameError`] when the image contradicts itself.
+    pub fn detect(&self, frame: &DepthFrame) -> Result<Vec<Detection>, DepthFrameError> {
+        frame.check()?;
+        let labels = 1..=u16::try_from(frame.label_classes.len()).unwrap_or(u16::MAX);
+        Ok(labels
+            .filter_map(|label| self.detect_label(frame, label))
+            .collect())
+    }
+
+    fn detect_label(&self, frame: &DepthFrame, label: u16) -> Option<Detection> {
+        let class = &frame.label_classes[usize::from(label) - 1];
+        let model = self.models.iter().find(|model| model.name == *class)?;
+        let seen = frame.cloud_in_base(|l| l == label);
+        if seen.len() < self.params.n_points_min {
+            return None;
+        }
+        let seen = largest_cluster(&seen);
+        let n_points = seen.len();
+        let seen = evenly(
+            &seen.voxel_downsampled(self.params.voxel_m),
+            self.params.n_points_max,
+        );
+        let view = View {
+            frame,
+            center: seen.centroid()?,
+            points: seen.points().to_vec(),
+            camera: frame.base_from_optical.translation.vector.into(),
+        };
+        if view.points.len() < self.params.n_points_min {
+            return None;
+        }
+        let starts = starts(model, &view, self.params.n_yaw_starts);
+        let best = starts
+            .into_iter()
+            .filter_map(|turn| self.fit(model, &view, turn))
+            .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        (best.fitness >= self.params.fitness_min).then(|| Detection {
+            class: model.name.clone(),
+            label,
+            base_from_object: best.base_from_object,
+            rms_m: best.rms_m,
+            n_points,
+            fitness: best.fitness,
+            distance_m: (view.center - view.camera).norm(),
+            is_yaw_symmetric: model.is_yaw_symmetric,
+            is_fixed: model.is_fixed,
+        })
+    }
+
+    /// The model refined from one orientation.
+    fn fit(&self, model: &ClassModel, view: &View<'_>, turn: UnitQuaternion<f64>) -> Option<Fit> {
+        let mut base_from_object = start_pose(model, view, turn)?;
+        // Coarse, then fine; each time onto the surface that faces the camera from there.
+        for reach in [8.0, 3.0, 1.5] {
+            let visible = visible_surface(model, view, &base_from_object);
+            let target = IcpTarget::new(&visible).ok()?;
+            let params = IcpParams {
+                n_iterations_max: 20,
+                pair_distance_max_m: reach * self.params.outlier_m,
+                n_pairs_min: self.params.n_points_min.min(view.points.len()) / 2 + 1,
+                step_translation_m: 1e-5,
+                step_rotation_rad: 1e-4,
+                freedom: freedom(model),
+                ..IcpParams::default()
+            };
+            let object_from_base = base_from_object.inverse();
+            match target.register(&view.points, &object_from_base, &params) {
+                Ok(result) => base_from_object = result.target_from_source.inverse(),
+                Err(_) if reach > 2.0 => {} // a start too far off may still meet at the next width
+                Err(_) => return None,
+            }
+        }
+        self.judge(model, view, base_from_object)
+    }
+
+    fn judge(&self, model: &ClassModel, view: &View<'_>, base_from_object: Pose) -> Option<Fit> {
+        let visible = visible_surface(model, view, &base_from_object);
+        let target = IcpTarget::new(&visible).ok()?;
+        let object_from_base = base_from_object.inverse();
+        let outlier_m2 = self.params.outlier_m.powi(2);
+        let spacing_m2 = sample_spacing_m2(model);
+        let mut explained_m2 = 0.0;
+        let mut truncated = 0.0;
+        let mut n_explained = 0usize;
+        for point in &view.points {
+            let moved = object_from_base * point;
+            let (index, m2) = target.tree().nearest(&moved)?;
+            let normal = visible.normals()?[index];
+            let across_m = normal.dot(&(moved - target.points()[index]));
+            // Beside a sample is still on the surface, up to the samples' own spacing.
+            let off_m2 = if m2 <= 2.0 * spacing_m2 {
+                across_m * across_m
+            } else {
+                m2
+            };
+            truncated += off_m2.min(outlier_m2);
+            if off_m2 <= outlier_m2 {
+                explained_m2 += across_m * across_m;
+                n_explained += 1;
+            }
+        }
+        let n = view.points.len() as f64;
+        let seen_through =
+            seen_through_share(view, &visible, &base_from_object, self.params.outlier_m);
+        Some(Fit {
+            base_from_object,
+            rms_m: (explained_m2 / n_explained.max(1) as f64).sqrt(),
+            fitness: n_explained as f64 / n,
+            cost: truncated / (n * outlier_m2) + seen_through,
+        })
+    }
+}
+
+fn freedom(model: &ClassModel) -> IcpFreedom {
+    match (model.is_upright, model.is_yaw_symmetric) {
+        (true, true) => IcpFreedom::Translation,
+        (true, false) => IcpFreedom::Upright,
+        (false, _) => IcpFreedom::Full,
+    }
+}
+
+/// Orientations of the model in the base frame from which registration starts.
+fn starts(model: &ClassModel, view: &View<'_>, n_yaw: usize) -> Vec<UnitQuaternion<f64>> {
+    let yaw = |angle| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+    if model.is_upright && model.is_yaw_symmetric {
+        return vec![UnitQuaternion::identity()];
+    }
+    if model.is_upright {
+        let n_yaw = n_yaw.max(1);
+        return (0..n_yaw)
+            .map(|i| yaw(TAU * i as f64 / n_yaw as f64))
+            .collect();
+    }
+    // Any of the six faces down, at eight headings, and the principal axes of points and model matched.
+    let pitch = |angle| UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle);
+    let roll = |angle| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle);
+    let faces = [
+        roll(0.0),
+        roll(FRAC_PI_2),
+        roll(2.0 * FRAC_PI_2),
+        roll(-FRAC_PI_2),
+        pitch(FRAC_PI_2),
+        pitch(-FRAC_PI_2),
+    ];
+    let mut starts: Vec<_> = (0..8)
+        .flat_map(|i| faces.map(|face| yaw(TAU * f64::from(i) / 8.0) * face))
+        .collect();
+    if let (Some(seen), Some(own)) = (
+        principal_axes(&view.points),
+        principal_axes(model.surface.points()),
+    ) {
+        for flip in [
+            roll(0.0),
+            roll(2.0 * FRAC_PI_2),
+            pitch(2.0 * FRAC_PI_2),
+            yaw(2.0 * FRAC_PI_2),
+        ] {
+            starts.push(seen * flip * own.inverse());
+        }
+    }
+    starts
+}
+
+/// Rotation whose columns are the principal axes of the points, largest extent first.
+fn principal_axes(points: &[Point3<f64>]) -> Option<UnitQuaternion<f64>> {
+    let n = points.len() as f64;
+    let mean = points
+        .iter()
+        .fold(Vector3::zeros(), |sum, p| sum + p.coords)
+        / n.max(1.0);
+    let scatter = points.iter().fold(Matrix3::zeros(), |sum, p| {
+        let d = p.coords - mean;
+        sum + d * d.transpose()
+    });
+    let eigen = scatter.try_symmetric_eigen(f64::EPSILON, 100)?;
+    let mut order = [0, 1, 2];
+    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    let x = eigen.eigenvectors.column(order[0]).into_owned();
+    let y = eigen.eigenvectors.column(order[1]).into_owned();
+    let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, y, x.cross(&y)]));
+    Some(UnitQuaternion::from_rotation_matrix(&rotation))
+}
+
+/// The model turned as told, its visible surface centred on the points.
+fn start_pose(model: &ClassModel, view: &View<'_>, turn: UnitQuaternion<f64>) -> Option<Pose> {
+    let roughly = Translation3::from(view.center.coords) * turn;
+    let visible_center = visible_surface(model, view, &roughly).centroid()?;
+    let shift = view.center - turn * visible_center;
+    Some(Pose::from_parts(shift.into(), turn))
+}
+
+/// The samples of the model that face the camera, in Λ; all of them if none does.
+fn visible_surface(model: &ClassModel, view: &View<'_>, base_from_object: &Pose) -> PointCloud {
+    let camera_in_object = base_from_object.inverse_transform_point(&view.camera);
+    let surface = &model.surface;
+    let Some(normals) = surface.normals() else {
+        return surface.clone();
+    };
+    let facing: Vec<usize> = (0..surface.len())
+        .filter(|&i| normals[i].dot(&(camera_in_object - surface.points()[i])) > 0.0)
+        .collect();
+    if facing.len() < 3 {
+        surface.clone()
+    } else {
+        surface.select(&facing)
+    }
+}
+
+/// Share of the visible samples behind which the camera saw something: nothing can be there.
+fn seen_through_share(
+    view: &View<'_>,
+    visible: &PointCloud,
+    base_from_object: &Pose,
+    margin_m: f64,
+) -> f64 {
+    let optical_from_object = view.frame.base_from_optical.inverse() * base_from_object;
+    let n_through = visible
+        .points()
+        .iter()
+        .filter(|point| {
+            let seen = optical_from_object * *point;
+            depth_at(view.frame, &seen).is_some_and(|depth_m| depth_m > seen.z + 2.0 * margin_m)
+        })
+        .count();
+    n_through as f64 / visible.len().max(1) as f64
+}
+
+/// Depth measured where a point of the optical frame projects (m), if it is in the image.
+pub(crate) fn depth_at(frame: &DepthFrame, point_in_optical: &Point3<f64>) -> Option<f64> {
+    let (column, row) = pixel_of(frame, point_in_optical)?;
+    frame.point_in_optical(column, row).map(|p| p.z)
+}
+
+/// Pixel to which a point of the optical frame projects, if it is in the image.
+pub(crate) fn pixel_of(
+    frame: &DepthFrame,
+    point_in_optical: &Point3<f64>,
+) -> Option<(usize, usize)> {
+    if point_in_optical.z <= 1e-6 {
+        return None;
+    }
+    let column = (frame.fx * point_in_optical.x / point_in_optical.z + frame.cx).round();
+    let row = (frame.fy * point_in_optical.y / point_in_optical.z + frame.cy).round();
+    let is_inside =
+        column >= 0.0 && row >= 0.0 && column < frame.width as f64 && row < frame.height as f64;
+    is_inside.then(|| (column as usize, row as usize))
+}
+
+/// Mean squared distance between neighbouring samples of a model (m²), assuming them spread evenly.
+fn sample_spacing_m2(model: &ClassModel) -> f64 {
+    let Some((low, high)) = model.surface.bounds() else {
+        return 0.0;
+    };
+    let size = high - low;
+    let area_m2 = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
+    area_m2 / model.surface.len() as f64
+}
+
+/// At most `n_max` points of a cloud, spread evenly over its order.
+fn evenly(cloud: &PointCloud, n_max: usize) -> PointCloud {
+    if cloud.len() <= n_max {
+        return cloud.clone();
+    }
+    let indices: Vec<usize> = (0..n_max).map(|i| i * cloud.len() / n_max).collect();
+    cloud.select(&indices)
+}
+
+/// The points without those that depth noise at the object's edge threw far behind or before it: kept are
+/// points within three times the median distance from the median point.
+fn largest_cluster(cloud: &PointCloud) -> PointCloud {
+    let median = |axis: usize| {
+        let mut values: Vec<f64> = cloud.points().iter().map(|p| p[axis]).collect();
+        let middle = values.len() / 2;
+        *values.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    let center = Point3::new(median(0), median(1), median(2));
+    let mut distances: Vec<f64> = cloud.points().iter().map(|p| (p - center).norm()).collect();
+    let middle = distances.len() / 2;
+    let reach_m = 4.0 * *distances.select_nth_unstable_by(middle, f64::total_cmp).1;
+    cloud.filtered(|p| (p - center).norm() <= reach_m)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,95 @@
+//! The home's point cloud in the map frame, one mean point a voxel, built from depth images.
+
+use crate::sensing::DepthFrame;
+use factotum_geometry::Pose;
+use factotum_geometry::cloud::PointCloud;
+use nalgebra::{Point3, Vector3};
+use std::collections::BTreeMap;
+
+/// A cloud in the making.
+#[derive(Debug, Clone)]
+pub struct HomeCloud {
+    voxel_m: f64,
+    distance_max_m: f64,
+    n_voxels_max: usize,
+    voxels: BTreeMap<[i32; 3], Voxel>,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Voxel {
+    n_points: u32,
+    mean: Vector3<f64>,
+}
+
+impl HomeCloud {
+    /// Most voxels kept: a home of 200 m² at 3 cm has about a million.
+    pub const N_VOXELS_MAX: usize = 2_000_000;
+
+    /// An empty cloud with voxels of edge `voxel_m` (at least a millimetre); points farther than
+    /// `distance_max_m` from the camera are not used, since depth is poor there.
+    #[must_use]
+    pub fn new(voxel_m: f64, distance_max_m: f64) -> Self {
+        Self {
+            voxel_m: voxel_m.max(1e-3),
+            distance_max_m,
+            n_voxels_max: Self::N_VOXELS_MAX,
+            voxels: BTreeMap::new(),
+        }
+    }
+
+    /// Adds an image taken at `map_from_base`; `keep(label)` chooses what belongs to the home.
+    ///
+    /// Returns how many points were added. Once the most voxels are in use, known ones are still refined.
+    pub fn add(
+        &mut self,
+        map_from_base: &Pose,
+        frame: &DepthFrame,
+        keep: impl Fn(u16) -> bool,
+    ) -> usize {
+        let camera = Point3::from(frame.base_from_optical.translation.vector);
+        let mut n_added = 0;
+        for point in frame.cloud_in_base(keep).points() {
+            if (point - camera).norm() > self.distance_max_m {
+                continue;
+            }
+            let point = map_from_base * point;
+            if !point.iter().all(|v| v.is_finite()) {
+                continue;
+            }
+            let key = [point.x, point.y, point.z].map(|v| (v / self.voxel_m).floor() as i32);
+            if self.voxels.len() >= self.n_voxels_max && !self.voxels.contains_key(&key) {
+                continue;
+            }
+            let voxel = self.voxels.entry(key).or_default();
+            voxel.n_points = voxel.n_points.saturating_add(1);
+            voxel.mean += (point.coords - voxel.mean) / f64::from(voxel.n_points);
+            n_added += 1;
+        }
+        n_added
+    }
+
+    /// Number of voxels with points.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.voxels.len()
+    }
+
+    /// Whether there is no point yet.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.voxels.is_empty()
+    }
+
+    /// The cloud: voxels seen by at least `n_points_min` points, in order of their places.
+    #[must_use]
+    pub fn to_cloud(&self, n_points_min: u32) -> PointCloud {
+        let kept = self
+            .voxels
+            .values()
+            .filter(|voxel| voxel.n_points >= n_points_min);
+        PointCloud::new(kept.map(|voxel| Point3::from(voxel.mean)).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests;
