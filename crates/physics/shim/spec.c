@@ -191,6 +191,20 @@ int fct_spec_add_site(mjSpec* spec, const char* body, const char* name, const do
   return rc;
 }
 
+static int set_mesh_file(mjSpec* spec, const char* mesh, const char* file) {
+  mjsElement* e = mjs_findElement(spec, mjOBJ_MESH, mesh);
+  if (!e) return refuse("no such mesh");
+  mjs_setString(mjs_asMesh(e)->file, file);
+  return FCT_OK;
+}
+
+// Sets the file that a mesh is read from when the spec is compiled.
+int fct_spec_set_mesh_file(mjSpec* spec, const char* mesh, const char* file) {
+  int rc = 0;
+  FCT_GUARDED(rc = set_mesh_file(spec, mesh, file));
+  return rc;
+}
+
 static int add_exclude(mjSpec* spec, const char* body_a, const char* body_b) {
   mjsExclude* e = mjs_addExclude(spec);
   if (!e) return refuse(mjs_getError(spec));

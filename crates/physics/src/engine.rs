@@ -197,6 +197,11 @@ unsafe extern "C" {
         pos: *const f64,
         quat: *const f64,
     ) -> c_int;
+    pub(crate) fn fct_spec_set_mesh_file(
+        spec: *mut mjSpec,
+        mesh: *const c_char,
+        file: *const c_char,
+    ) -> c_int;
     pub(crate) fn fct_spec_add_exclude(
         spec: *mut mjSpec,
         body_a: *const c_char,

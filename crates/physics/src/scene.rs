@@ -13,7 +13,7 @@ use crate::axes::wxyz_from_quat;
 use crate::error::PhysicsError;
 use crate::model::Model;
 use crate::spec::{NewActuator, Spec};
-use crate::urdf::{UrdfOptions, urdf_to_mjcf};
+use crate::urdf::{UrdfOptions, urdf_spec};
 
 /// A model file to attach.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -476,10 +476,7 @@ impl SceneBuilder {
 impl Attachment {
     fn read(&self) -> Result<Spec, PhysicsError> {
         let mut part = match &self.source {
-            Source::File(file) if is_urdf(file) => {
-                let xml = urdf_to_mjcf(file, &self.options.urdf)?;
-                Spec::from_text(&file.display().to_string(), &xml)?
-            }
+            Source::File(file) if is_urdf(file) => urdf_spec(file, &self.options.urdf)?,
             Source::File(file) => Spec::from_file(file)?,
             Source::Text { origin, xml } => Spec::from_text(origin, xml)?,
         };

@@ -310,6 +310,17 @@ impl Spec {
         self.checked(rc)
     }
 
+    /// Sets the file that a mesh is read from.
+    pub(crate) fn set_mesh_file(&mut self, mesh: &str, file: &Path) -> Result<(), PhysicsError> {
+        let mesh = c_string("mesh name", mesh)?;
+        let file = c_string("mesh file", &file.display().to_string())?;
+        // SAFETY: a live spec and NUL-terminated texts, which are copied.
+        let rc = unsafe {
+            engine::fct_spec_set_mesh_file(self.raw.as_ptr(), mesh.as_ptr(), file.as_ptr())
+        };
+        self.checked(rc)
+    }
+
     pub(crate) fn add_exclude(&mut self, a: &str, b: &str) -> Result<(), PhysicsError> {
         self.require(mjtObj::mjOBJ_BODY, "body", a)?;
         self.require(mjtObj::mjOBJ_BODY, "body", b)?;

@@ -1,15 +1,19 @@
 //! URDF, rewritten so that MuJoCo reads all of it.
 //!
-//! MuJoCo's URDF reader knows neither `package://` nor `file://`, and by default strips folders from
-//! mesh names, drops visual shapes and fuses links that do not move. The rewritten text names each mesh
-//! by its full path and carries a `<mujoco><compiler .../></mujoco>` section that turns all three off.
+//! MuJoCo's URDF reader knows neither `package://` nor `file://`, by default strips folders from mesh
+//! names, drops visual shapes and fuses links that do not move, and takes meshes whose files have the
+//! same stem for one, as `visual/arm.stl` and `collision/arm.stl` have. The rewritten text names each
+//! mesh by an alias of its own, whose file is set after reading, and carries a
+//! `<mujoco><compiler .../></mujoco>` section that turns the rest off.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use roxmltree::{Document, Node};
 
 use crate::error::PhysicsError;
 use crate::scene::escaped;
+use crate::spec::Spec;
 
 /// How a URDF is read.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -19,12 +23,19 @@ pub struct UrdfOptions {
     pub package_dirs: Vec<PathBuf>,
 }
 
-/// Reads a URDF and rewrites it for MuJoCo.
+/// Reads a URDF and writes it as MJCF, with meshes by their full paths.
 ///
 /// # Errors
 /// [`PhysicsError::File`], [`PhysicsError::Parse`] for broken XML, [`PhysicsError::MeshNotFound`],
-/// [`PhysicsError::MeshFormat`] for a COLLADA mesh.
+/// [`PhysicsError::MeshFormat`] for a COLLADA mesh, [`PhysicsError::Compile`].
 pub fn urdf_to_mjcf(path: &Path, options: &UrdfOptions) -> Result<String, PhysicsError> {
+    let mut spec = urdf_spec(path, options)?;
+    spec.compile()?;
+    spec.to_xml()
+}
+
+/// Reads a URDF, ready to be attached or compiled.
+pub(crate) fn urdf_spec(path: &Path, options: &UrdfOptions) -> Result<Spec, PhysicsError> {
     let text = std::fs::read_to_string(path).map_err(|error| PhysicsError::File {
         path: path.to_owned(),
         message: error.to_string(),
@@ -42,9 +53,46 @@ pub fn urdf_to_mjcf(path: &Path, options: &UrdfOptions) -> Result<String, Physic
             root.tag_name().name()
         )));
     }
-    let mut edits = mesh_edits(path, root, options)?;
+    let (mut edits, aliases) = mesh_edits(path, root, options)?;
     edits.extend(compiler_edits(root, &text));
-    Ok(apply(&text, edits))
+    let mut spec = Spec::from_text(&origin, &apply(&text, edits))?;
+    for (name, file) in &aliases.file_by_name {
+        spec.set_mesh_file(name, file)?;
+    }
+    Ok(spec)
+}
+
+/// Names of our own for meshes: one for each file and scale.
+#[derive(Debug, Default)]
+struct Aliases {
+    name_by_use: BTreeMap<(PathBuf, String), String>,
+    file_by_name: BTreeMap<String, PathBuf>,
+    taken: BTreeSet<String>,
+}
+
+impl Aliases {
+    /// The alias of a mesh, without extension: its stem, with a number where another has it.
+    fn name(&mut self, file: &Path, scale: &str) -> String {
+        let key = (file.to_owned(), scale.to_owned());
+        if let Some(name) = self.name_by_use.get(&key) {
+            return name.clone();
+        }
+        // MuJoCo ends the name at the first or at the last dot; leave none.
+        let stem = file
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .replace('.', "_");
+        let numbered = (2..).map(|i: u32| format!("{stem}_{i}"));
+        let name = std::iter::once(stem.clone())
+            .chain(numbered)
+            .find(|name| !self.taken.contains(name))
+            .unwrap_or(stem);
+        self.taken.insert(name.clone());
+        self.name_by_use.insert(key, name.clone());
+        self.file_by_name.insert(name.clone(), file.to_owned());
+        name
+    }
 }
 
 /// A piece of the text and what takes its place.
@@ -120,34 +168,37 @@ fn mesh_edits(
     path: &Path,
     root: Node<'_, '_>,
     options: &UrdfOptions,
-) -> Result<Vec<Edit>, PhysicsError> {
+) -> Result<(Vec<Edit>, Aliases), PhysicsError> {
     let own_mesh_dir = root
         .descendants()
         .filter(|node| node.has_tag_name("compiler"))
         .find_map(|node| node.attribute("meshdir"));
     let mut edits = Vec::new();
+    let mut aliases = Aliases::default();
     for mesh in root.descendants().filter(|node| node.has_tag_name("mesh")) {
         let Some(attribute) = mesh.attribute_node("filename") else {
             continue;
         };
         let reference = attribute.value();
         let found = resolve(path, reference, own_mesh_dir, options)?;
-        check_format(path, reference)?;
+        let extension = mesh_extension(path, reference)?;
+        let name = aliases.name(&found, mesh.attribute("scale").unwrap_or_default());
         edits.push(Edit {
             range: attribute.range_value(),
-            text: escaped(&found.display().to_string()),
+            text: escaped(&format!("{name}.{extension}")),
         });
     }
-    Ok(edits)
+    Ok((edits, aliases))
 }
 
-fn check_format(path: &Path, reference: &str) -> Result<(), PhysicsError> {
+/// The extension of a mesh, if MuJoCo reads it.
+fn mesh_extension(path: &Path, reference: &str) -> Result<String, PhysicsError> {
     let extension = Path::new(reference)
         .extension()
         .map(|extension| extension.to_string_lossy().to_lowercase())
         .unwrap_or_default();
     if matches!(extension.as_str(), "stl" | "obj" | "msh") {
-        return Ok(());
+        return Ok(extension);
     }
     Err(PhysicsError::MeshFormat {
         origin: path.to_owned(),

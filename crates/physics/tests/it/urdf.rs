@@ -5,7 +5,7 @@ use std::path::Path;
 
 use approx::assert_relative_eq;
 use factotum_physics::{
-    AttachOptions, AttachPoint, Model, NewActuator, PairKind, Part, PhysicsError, Pose,
+    AttachOptions, AttachPoint, GeomShape, Model, NewActuator, PairKind, Part, PhysicsError, Pose,
     SceneBuilder, Servo, State, UrdfOptions, self_collision_pairs, urdf_to_mjcf,
 };
 use rand_chacha::ChaCha8Rng;
@@ -74,6 +74,42 @@ fn packages_are_found_above_the_file() -> Result<(), Box<dyn std::error::Error>>
         let xml = urdf_to_mjcf(&file, &UrdfOptions::default())?;
         check_whole(&Model::from_mjcf_str(&xml).map_err(|error| format!("{extra}: {error}"))?)?;
     }
+    Ok(())
+}
+
+/// `visual/arm.obj` and `collision/arm.obj` are two meshes, and so are two scales of one file.
+#[test]
+fn meshes_with_the_same_stem_stay_apart() -> Result<(), Box<dyn std::error::Error>> {
+    let dir = tempfile::tempdir()?;
+    let octahedron = "v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n\
+        f 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n";
+    for (folder, mesh) in [("visual", TETRAHEDRON), ("collision", octahedron)] {
+        fs::create_dir(dir.path().join(folder))?;
+        fs::write(dir.path().join(folder).join("arm.v2.obj"), mesh)?;
+    }
+    let file = dir.path().join("robot.urdf");
+    fs::write(
+        &file,
+        r#"<robot name="one"><link name="arm">
+          <visual><geometry><mesh filename="visual/arm.v2.obj"/></geometry></visual>
+          <visual><geometry><mesh filename="visual/arm.v2.obj" scale="2 2 2"/></geometry></visual>
+          <collision><geometry><mesh filename="file://collision/arm.v2.obj"/></geometry></collision>
+        </link></robot>"#,
+    )?;
+    let model = Model::from_mjcf_str(&urdf_to_mjcf(&file, &UrdfOptions::default())?)?;
+    let sizes: Vec<_> = model
+        .geoms()
+        .filter_map(|geom| match model.geom_shape(geom) {
+            GeomShape::Mesh { vertices, .. } => {
+                let radius = model.geom_bounding_radius_m(geom);
+                Some((vertices.len(), (radius * 1e3).round()))
+            }
+            _ => None,
+        })
+        .collect();
+    assert_eq!(sizes.len(), 3);
+    assert_eq!((sizes[0].0, sizes[1].0, sizes[2].0), (4, 4, 6));
+    assert!((sizes[1].1 - 2.0 * sizes[0].1).abs() <= 1.0, "{sizes:?}");
     Ok(())
 }
 
@@ -192,7 +228,8 @@ fn the_pybullet_iiwa_loads_unchanged() -> Result<(), PhysicsError> {
     let model = Model::from_mjcf_str(&urdf_to_mjcf(&file, &UrdfOptions::default())?)?;
     assert_eq!((model.n_q(), model.n_v()), (7, 7));
     // A visual and a collision mesh for each of eight links, from files with the same stem.
-    assert_eq!(model.n_geoms(), 16);
+    let is_mesh = |geom| matches!(model.geom_shape(geom), GeomShape::Mesh { .. });
+    assert_eq!(model.geoms().filter(|&geom| is_mesh(geom)).count(), 16);
     let names: Vec<_> = model.joint_names();
     assert_eq!(names[0], "lbr_iiwa_joint_1");
     assert_relative_eq!(model.body_mass(model.body("lbr_iiwa_link_1")?), 4.0);
