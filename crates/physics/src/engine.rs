@@ -216,6 +216,17 @@ pub(crate) const WARNING: c_int = 2;
 /// MuJoCo's version of the bindings, as `mj_version` says it.
 const VERSION: c_int = mujoco_rs::mujoco_c::mjVERSION_HEADER as c_int;
 
+/// MuJoCo's version, e.g. `3.17.0`; the library is checked against it when it is first used.
+pub fn engine_version() -> String {
+    // mjVERSION_HEADER is major * 1,000,000 + minor * 1,000 + patch since MuJoCo 3.
+    format!(
+        "{}.{}.{}",
+        VERSION / 1_000_000,
+        VERSION / 1_000 % 1_000,
+        VERSION % 1_000
+    )
+}
+
 static INSTALLED: Once = Once::new();
 
 /// Installs the log handler, once per process; every path to a MuJoCo object begins here.

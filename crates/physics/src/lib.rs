@@ -67,6 +67,7 @@ mod urdf;
 
 pub use contacts::{Contact, ContactWrench};
 pub use depth_camera::{DepthImage, PinholeCamera, depth_image};
+pub use engine::engine_version;
 pub use error::PhysicsError;
 pub use ids::{ActuatorId, BodyId, CameraId, GeomId, JointId, KeyframeId, SensorId, SiteId};
 pub use model::{GeomShape, JointKind, Model, ModelEdit};

@@ -249,8 +249,9 @@ impl Model {
             _ => return Err(engine::fatal("mj_copyModel")),
         };
         // SAFETY: a live model that nothing else holds yet.
+        let copied = unsafe { raw.as_mut() };
         let result = edit(&mut ModelEdit {
-            raw: unsafe { raw.as_mut() },
+            raw: copied,
             tables: self.tables(),
         });
         if let Err(error) = result {

@@ -61,7 +61,8 @@ pub(crate) use view;
 macro_rules! view_mut {
     ($state:expr, $field:ident, $n:expr) => {{
         let n: usize = $n;
-        let pointer = $state.raw().$field;
+        // SAFETY: alive, and borrowed mutably; the reference ends with this statement.
+        let pointer = unsafe { $state.data.as_mut() }.$field;
         if n == 0 || pointer.is_null() {
             &mut [][..]
         } else {

@@ -1,4 +1,5 @@
 //! Tests of the physics room.
+#![expect(clippy::print_stdout, reason = "a test that is skipped says why")]
 
 mod basics;
 mod models;
