@@ -14,6 +14,12 @@ const NOT_BUILT: &str = include_str!("not_built.html");
 /// Names of files in this folder carry a hash of what is in them, so they never change.
 const HASHED: &str = "assets/";
 
+/// Whether the page was built before this program, so that it could be embedded.
+#[must_use]
+pub fn is_page_built() -> bool {
+    Dist::get("index.html").is_some()
+}
+
 /// The page itself.
 pub(crate) fn page() -> Response {
     match file("index.html") {

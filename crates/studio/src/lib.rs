@@ -47,6 +47,7 @@ mod picture;
 mod routes;
 mod server;
 
+pub use assets::is_page_built;
 pub use commands::Commands;
 pub use error::StudioError;
 pub use server::{Studio, StudioConfig, StudioHandle};

@@ -1,0 +1,190 @@
+// The page's one store. Messages and people's wishes come in, everything drawn is read from here.
+//
+// What is drawn is split into slices. A slice is replaced, never changed, and who asked to hear
+// of it is called once for it. `live` changes up to sixty times a second: the scene reads it in
+// its own time rather than being called.
+
+import {
+  type Aosm,
+  type BasePath,
+  type ClientMessage,
+  type Done,
+  type Event as JobEvent,
+  type OccupancyMap,
+  type Plan,
+  type Scene,
+  type SceneSource,
+  type ServerMessage,
+  type State,
+  type Status,
+  VERSION,
+} from "./protocol";
+
+export type Connection =
+  | { kind: "connecting" }
+  | { kind: "open" }
+  | { kind: "lost"; retryInSecs: number }
+  /** The studio answers, but not to us: its cookie is of another run. */
+  | { kind: "refused" }
+  /** Page and studio are of different versions. */
+  | { kind: "mismatch"; theirs: number };
+
+/** What a person has chosen to see. */
+export interface Wishes {
+  readonly follow: boolean;
+  readonly map: boolean;
+  readonly regions: boolean;
+  readonly labels: boolean;
+}
+
+export interface Slices {
+  connection: Connection;
+  session: string | null;
+  scenes: ReadonlyMap<SceneSource, Scene>;
+  live: State | null;
+  map: OccupancyMap | null;
+  aosm: Aosm | null;
+  plan: Plan | null;
+  path: BasePath | null;
+  status: Status | null;
+  events: readonly JobEvent[];
+  done: Done | null;
+  wishes: Wishes;
+  /** A command that was sent and has not yet shown in `status`. */
+  waiting: ClientMessage["type"] | null;
+}
+
+/** More events than anybody reads on a page; the run folder keeps them all. */
+export const EVENTS_MAX = 500;
+
+type Picture = Omit<Slices, "connection" | "wishes">;
+
+function emptyPicture(): Picture {
+  return {
+    session: null,
+    scenes: new Map(),
+    live: null,
+    map: null,
+    aosm: null,
+    plan: null,
+    path: null,
+    status: null,
+    events: [],
+    done: null,
+    waiting: null,
+  };
+}
+
+type Listener = () => void;
+
+export class Store {
+  private readonly slices: Slices = {
+    ...emptyPicture(),
+    connection: { kind: "connecting" },
+    wishes: { follow: false, map: true, regions: true, labels: true },
+  };
+  private readonly listeners = new Map<keyof Slices, Set<Listener>>();
+
+  get<K extends keyof Slices>(slice: K): Readonly<Slices[K]> {
+    return this.slices[slice];
+  }
+
+  /** Calls back whenever one of the slices is replaced, and once now. */
+  watch(slices: readonly (keyof Slices)[], listener: Listener): void {
+    for (const slice of slices) {
+      const set = this.listeners.get(slice) ?? new Set();
+      set.add(listener);
+      this.listeners.set(slice, set);
+    }
+    listener();
+  }
+
+  /** Takes in a message of the studio. */
+  receive(message: ServerMessage): void {
+    switch (message.type) {
+      case "hello":
+        this.forget();
+        this.set("session", message.session);
+        if (message.version === VERSION) {
+          this.set("connection", { kind: "open" });
+        } else {
+          this.set("connection", { kind: "mismatch", theirs: message.version });
+        }
+        return;
+      case "scene":
+        this.set("scenes", new Map(this.slices.scenes).set(message.source, message));
+        return;
+      case "state":
+        this.set("live", message);
+        return;
+      case "map":
+        this.set("map", message);
+        return;
+      case "aosm":
+        this.set("aosm", message);
+        return;
+      case "plan":
+        this.set("plan", message);
+        return;
+      case "base_path":
+        this.set("path", message);
+        return;
+      case "status":
+        this.set("status", message);
+        this.set("waiting", null);
+        return;
+      case "event":
+        this.set("events", [...this.slices.events, message].slice(-EVENTS_MAX));
+        return;
+      case "done":
+        this.set("done", message);
+        this.set("waiting", null);
+        return;
+    }
+  }
+
+  /** Notes how the connection stands. A lost one keeps the last picture. */
+  connection(connection: Connection): void {
+    this.set("connection", connection);
+    if (connection.kind !== "open") {
+      this.set("waiting", null);
+    }
+  }
+
+  /** Notes that a command was sent. */
+  sent(command: ClientMessage["type"]): void {
+    this.set("waiting", command);
+  }
+
+  toggle(wish: keyof Wishes): void {
+    this.set("wishes", { ...this.slices.wishes, [wish]: !this.slices.wishes[wish] });
+  }
+
+  /** The job takes commands: it runs, and this page is connected to it. */
+  takesCommands(): boolean {
+    const { connection, status, done } = this.slices;
+    const over = status?.activity === "finished" || status?.activity === "stopped";
+    return connection.kind === "open" && status !== null && !over && done === null;
+  }
+
+  private forget(): void {
+    const empty = emptyPicture();
+    Object.assign(this.slices, empty);
+    for (const slice of Object.keys(empty)) {
+      this.tell(slice as keyof Picture);
+    }
+  }
+
+  private set<K extends keyof Slices>(slice: K, value: Slices[K]): void {
+    if (this.slices[slice] !== value) {
+      this.slices[slice] = value;
+      this.tell(slice);
+    }
+  }
+
+  private tell(slice: keyof Slices): void {
+    for (const listener of this.listeners.get(slice) ?? []) {
+      listener();
+    }
+  }
+}

@@ -1,0 +1,138 @@
+// Every word a person reads on this page.
+
+import type { Activity, EventLevel, PlanStep, StepState } from "./protocol";
+import type { Connection } from "./store";
+
+export const TEXT = {
+  name: "Factotum",
+  goal: "Goal",
+  noGoal: "Waiting for a job",
+  plan: "Plan",
+  planEmpty: "No plan yet. The robot first looks around its home.",
+  events: "What happened",
+  eventsEmpty: "Nothing yet.",
+  legend: "Where it can stand",
+  legendEmpty: "Regions appear once the robot knows where its skills work.",
+  pause: "Pause",
+  resume: "Go on",
+  stop: "Stop",
+  stopTitle: "Stop the job?",
+  stopBody: "The robot stops where it is and the job ends. It cannot be taken up again from here.",
+  stopYes: "Stop it",
+  stopNo: "Let it go on",
+  follow: "Follow",
+  map: "Map",
+  regions: "Regions",
+  labels: "Labels",
+  viewTools: "What to show",
+  jobTools: "Job",
+  achieved: "Achieved",
+  notAchieved: "Not achieved",
+  paused: "Paused",
+  time: "Robot time",
+  speed: "Speed",
+  scene: "Live view of the robot in its home. Arrow keys turn, plus and minus zoom.",
+  noWebGl: "This browser cannot draw in 3-D (no WebGL 2). Plan and events work all the same.",
+  driving: "drive",
+  acting: "act",
+} as const;
+
+export function activityText(activity: Activity): string {
+  const words: Record<Activity, string> = {
+    starting: "Starting",
+    exploring: "Exploring",
+    planning: "Planning",
+    acting: "Acting",
+    stopped: "Stopped",
+    finished: "Finished",
+  };
+  return words[activity];
+}
+
+export function stepStateText(state: StepState): string {
+  const words: Record<StepState, string> = {
+    pending: "to do",
+    running: "doing",
+    done: "done",
+    failed: "failed",
+    skipped: "skipped",
+  };
+  return words[state];
+}
+
+export function levelText(level: EventLevel): string {
+  const words: Record<EventLevel, string> = {
+    info: "Note",
+    warning: "Warning",
+    error: "Error",
+  };
+  return words[level];
+}
+
+/** An action's name as words: `turn_light-off` reads "turn light off". */
+export function words(name: string): string {
+  return name.replaceAll(/[_-]+/g, " ").trim();
+}
+
+export function stepTitle(step: PlanStep): string {
+  return [words(step.action), ...step.args.map(words)].join(" ");
+}
+
+export function attemptsText(attempts: number): string {
+  return `${attempts} tries`;
+}
+
+export function replansText(replans: number): string {
+  return replans === 1 ? "planned anew once" : `planned anew ${replans} times`;
+}
+
+export function progressText(done: number, all: number): string {
+  return `${done} of ${all}`;
+}
+
+export function countsText(classes: number, objects: number, edges: number): string {
+  const many = (n: number, one: string, more: string): string => `${n} ${n === 1 ? one : more}`;
+  return [
+    many(classes, "class", "classes"),
+    many(objects, "object", "objects"),
+    many(edges, "way between", "ways between"),
+  ].join(" · ");
+}
+
+export function posesText(n: number): string {
+  return n === 1 ? "1 pose" : `${n} poses`;
+}
+
+/** Minutes and seconds, as a clock shows them. */
+export function clockText(secs: number): string {
+  const whole = Math.max(0, Math.floor(secs));
+  const minutes = Math.floor(whole / 60);
+  return `${minutes}:${String(whole % 60).padStart(2, "0")}`;
+}
+
+/** Times faster than real time. */
+export function speedText(speed: number): string {
+  return `${speed.toFixed(speed < 9.95 ? 1 : 0)}×`;
+}
+
+export function connectionText(connection: Connection, jobIsOver: boolean): string {
+  switch (connection.kind) {
+    case "connecting":
+      return "Connecting";
+    case "open":
+      return "Live";
+    case "lost":
+      return jobIsOver
+        ? "The run has ended; this is its last picture"
+        : `Connection lost, trying again in ${connection.retryInSecs} s`;
+    case "refused":
+      return "This is another run now; open the address that it printed";
+    case "mismatch":
+      return "Page and program are of different versions; reload the page";
+  }
+}
+
+/** What a screen reader says of the picture. */
+export function sceneSummary(bodies: number, time: string): string {
+  return `${TEXT.scene} ${bodies} bodies, robot time ${time}.`;
+}

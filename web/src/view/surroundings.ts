@@ -1,0 +1,84 @@
+// Light, ground and grid.
+
+import {
+  type Box3,
+  Color,
+  DirectionalLight,
+  Fog,
+  GridHelper,
+  Group,
+  HemisphereLight,
+  LineBasicMaterial,
+  Mesh,
+  PlaneGeometry,
+  type Scene,
+  ShadowMaterial,
+  Vector3,
+} from "three";
+
+import type { Theme } from "./theme";
+
+const SUN_DIRECTION = new Vector3(-0.42, 1, 0.34).normalize();
+const SHADOW_PX = 2048;
+const GROUND_M = 120;
+const GRID_M = 60;
+
+export class Surroundings {
+  readonly root = new Group();
+  private readonly sky = new HemisphereLight(0xffffff, 0xffffff, 1.75);
+  private readonly sun = new DirectionalLight(0xfff4e4, 1.45);
+  private readonly fill = new DirectionalLight(0xdfeaff, 0.3);
+  private readonly shadows = new ShadowMaterial();
+  private grid: GridHelper | null = null;
+
+  constructor(private readonly scene: Scene) {
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.set(SHADOW_PX, SHADOW_PX);
+    this.sun.shadow.radius = 5;
+    this.sun.shadow.bias = -0.0004;
+    this.sun.shadow.normalBias = 0.02;
+    this.fill.position.set(6, 5, -4);
+    const ground = new Mesh(new PlaneGeometry(GROUND_M, GROUND_M).rotateX(-Math.PI / 2), this.shadows);
+    ground.position.y = -0.004;
+    ground.receiveShadow = true;
+    this.root.add(this.sky, this.sun, this.sun.target, this.fill, ground);
+  }
+
+  /** Spreads the shadows over the home and no farther, which keeps them sharp. */
+  fit(box: Box3): void {
+    if (box.isEmpty()) {
+      return;
+    }
+    const centre = box.getCenter(new Vector3());
+    const radius = 0.5 * box.getSize(new Vector3()).length() + 0.5;
+    this.sun.target.position.copy(centre);
+    this.sun.position.copy(centre).addScaledVector(SUN_DIRECTION, 2 * radius);
+    const { camera } = this.sun.shadow;
+    camera.left = -radius;
+    camera.right = radius;
+    camera.top = radius;
+    camera.bottom = -radius;
+    camera.near = 0.1;
+    camera.far = 4 * radius;
+    camera.updateProjectionMatrix();
+  }
+
+  setTheme(theme: Theme): void {
+    const background = new Color(theme.background);
+    this.scene.background = background;
+    this.scene.fog = new Fog(background, 22, 60);
+    this.sky.color.set(theme.sky);
+    this.sky.groundColor.set(theme.ground);
+    this.shadows.opacity = theme.shadowOpacity;
+    if (this.grid !== null) {
+      this.root.remove(this.grid);
+      this.grid.dispose();
+    }
+    this.grid = new GridHelper(GRID_M, GRID_M, theme.gridLineStrong, theme.gridLine);
+    this.grid.position.y = -0.006;
+    if (this.grid.material instanceof LineBasicMaterial) {
+      this.grid.material.depthWrite = false;
+    }
+    this.root.add(this.grid);
+  }
+}

@@ -1,0 +1,182 @@
+// The live view: reads the store and draws it. A frame is drawn only when something has changed.
+
+import { Box3, Group, PCFShadowMap, Scene, WebGLRenderer } from "three";
+
+import { element } from "../dom";
+import { Z_UP_TO_Y_UP } from "../frames";
+import type { State } from "../protocol";
+import type { Store } from "../store";
+import { clockText, sceneSummary } from "../text";
+import { Bodies } from "./bodies";
+import { CameraRig } from "./camera_rig";
+import { Labels } from "./labels";
+import { MapLayer } from "./map_layer";
+import { PathLayer } from "./path_layer";
+import { Quality } from "./quality";
+import { RegionsLayer } from "./regions_layer";
+import { Surroundings } from "./surroundings";
+import { currentTheme, onThemeChange } from "./theme";
+
+/** Longer gaps are pauses, not slow frames. */
+const FRAME_GAP_MAX_SECS = 0.1;
+const SUMMARY_MILLIS = 5000;
+
+/** Draws into the stage for as long as the page is open; null where there is no WebGL 2. */
+export function createView(store: Store, stage: HTMLElement): View | null {
+  const canvas = element("canvas", { tabindex: "0", role: "img" });
+  try {
+    const renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
+    return new View(store, stage, canvas, renderer);
+  } catch {
+    return null;
+  }
+}
+
+export class View {
+  private readonly scene = new Scene();
+  /** Everything of the wire, turned from z up to y up. */
+  private readonly world = new Group();
+  private readonly surroundings = new Surroundings(this.scene);
+  private readonly bodies = new Bodies();
+  private readonly map = new MapLayer();
+  private readonly regions = new RegionsLayer();
+  private readonly path = new PathLayer();
+  private readonly labels = new Labels();
+  private readonly quality = new Quality();
+  private readonly rig: CameraRig;
+  private readonly visibleLabels = { object: true, region: true };
+  private readonly draw = (nowMillis: number): void => this.frame(nowMillis);
+  private requested = false;
+  private lastMillis = 0;
+  private live: State | null = null;
+  private width = 1;
+  private height = 1;
+
+  constructor(
+    private readonly store: Store,
+    private readonly stage: HTMLElement,
+    private readonly canvas: HTMLCanvasElement,
+    private readonly renderer: WebGLRenderer,
+  ) {
+    renderer.shadowMap.enabled = true;
+    renderer.shadowMap.type = PCFShadowMap;
+    renderer.shadowMap.autoUpdate = false;
+    this.rig = new CameraRig(canvas, () => this.request());
+    this.world.quaternion.copy(Z_UP_TO_Y_UP);
+    this.world.add(
+      this.bodies.root,
+      this.map.root,
+      this.regions.root,
+      this.path.root,
+    );
+    this.scene.add(this.surroundings.root, this.world);
+    this.world.updateMatrixWorld(true);
+    stage.prepend(canvas, this.labels.root);
+
+    this.applyTheme();
+    onThemeChange(() => this.applyTheme());
+    new ResizeObserver(() => this.resize()).observe(stage);
+    this.resize();
+    this.watch();
+    this.summarise();
+    setInterval(() => this.summarise(), SUMMARY_MILLIS);
+  }
+
+  private watch(): void {
+    const { store } = this;
+    store.watch(["scenes"], () => {
+      this.bodies.show(store.get("scenes"));
+      this.world.updateMatrixWorld(true);
+      const box = new Box3().setFromObject(this.bodies.root);
+      this.surroundings.fit(box);
+      this.rig.fit(box);
+      this.renderer.shadowMap.needsUpdate = true;
+      this.request();
+    });
+    store.watch(["map"], () => {
+      this.map.show(store.get("map"), currentTheme());
+      this.request();
+    });
+    store.watch(["aosm"], () => {
+      this.regions.show(store.get("aosm")?.regions ?? []);
+      this.labels.show(store.get("aosm"));
+      this.request();
+    });
+    store.watch(["path"], () => {
+      this.path.showPath(store.get("path"));
+      this.request();
+    });
+    store.watch(["live"], () => this.request());
+    store.watch(["wishes"], () => {
+      const wishes = store.get("wishes");
+      this.map.root.visible = wishes.map;
+      this.regions.root.visible = wishes.regions;
+      this.visibleLabels.object = wishes.labels;
+      this.visibleLabels.region = wishes.regions;
+      this.rig.follow(wishes.follow);
+      this.request();
+    });
+  }
+
+  /** Asks for a frame. */
+  private request(): void {
+    if (!this.requested) {
+      this.requested = true;
+      requestAnimationFrame(this.draw);
+    }
+  }
+
+  /** Draws one frame. Allocates nothing of its own while bodies only move. */
+  private frame(nowMillis: number): void {
+    this.requested = false;
+    const gapSecs = (nowMillis - this.lastMillis) / 1000;
+    this.lastMillis = nowMillis;
+    const dtSecs = Math.min(gapSecs, FRAME_GAP_MAX_SECS);
+    if (gapSecs < 4 * FRAME_GAP_MAX_SECS && this.quality.note(1000 * gapSecs)) {
+      this.resize();
+    }
+    const { shadowMap } = this.renderer;
+    const live = this.store.get("live");
+    if (live !== this.live) {
+      this.live = live;
+      if (live !== null) {
+        this.bodies.move(live);
+      }
+      this.path.showBase(live);
+      shadowMap.needsUpdate = true;
+    }
+    const carried = this.rig.update(live, dtSecs);
+    const { camera, controls } = this.rig;
+    const lowering = this.bodies.cutaway.update(camera.position, controls.target, dtSecs);
+    shadowMap.needsUpdate ||= lowering;
+    this.renderer.render(this.scene, camera);
+    this.labels.update(this.world, camera, this.width, this.height, this.visibleLabels);
+    this.stage.dataset["bodies"] = String(this.bodies.count);
+    if (carried || lowering) {
+      this.request();
+    }
+  }
+
+  private resize(): void {
+    this.width = Math.max(1, this.stage.clientWidth);
+    this.height = Math.max(1, this.stage.clientHeight);
+    this.renderer.setPixelRatio(this.quality.pixelRatio);
+    this.renderer.setSize(this.width, this.height, false);
+    this.rig.resize(this.width, this.height);
+    this.request();
+  }
+
+  private applyTheme(): void {
+    const theme = currentTheme();
+    this.surroundings.setTheme(theme);
+    this.bodies.setTheme(theme);
+    this.path.setTheme(theme);
+    this.map.show(this.store.get("map"), theme);
+    this.request();
+  }
+
+  private summarise(): void {
+    const time = clockText(this.store.get("live")?.time_secs ?? 0);
+    this.canvas.setAttribute("aria-label", sceneSummary(this.bodies.count, time));
+  }
+}
