@@ -14,10 +14,9 @@ mod fast_downward;
 mod ferroplan;
 mod integer_costs;
 mod plan_file;
+mod reduction;
 mod scratch;
 mod task_check;
-#[cfg(test)]
-mod tests;
 
 use std::time::Duration;
 

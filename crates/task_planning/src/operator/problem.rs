@@ -135,18 +135,6 @@ impl ProblemBuilder {
         self
     }
 
-    /// Replaces all facts.
-    pub(crate) fn replace_facts(mut self, facts: impl IntoIterator<Item = Atom>) -> Self {
-        self.init = facts.into_iter().collect();
-        self
-    }
-
-    /// Replaces all objects.
-    pub(crate) fn replace_objects(mut self, objects: Vec<TypedName>) -> Self {
-        self.objects = objects;
-        self
-    }
-
     /// Sets the value of a function.
     pub fn value(mut self, function: Atom, value: f64) -> Self {
         self.values.push((function, value));

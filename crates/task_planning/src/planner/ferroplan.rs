@@ -1,7 +1,7 @@
 //! The embedded planner: always there, no process, one thread.
 //!
-//! `ferroplan` is a forward search with the FF heuristic; it parses PDDL text, so the task goes
-//! through our writer. Its satisficing search may end without a plan and without saying whether
+//! `ferroplan` is a forward search with the FF heuristic. It gets the [reduced](super::reduction) task
+//! as PDDL text. Its satisficing search may end without a plan and without saying whether
 //! there is none; then its exact search is asked for a proof with the time that is left.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use ferroplan::{Mode, Options, Solution, SolveError};
 
+use super::reduction::{Reduction, reduce};
 use super::task_check::{accept, check_task};
 use super::{Limit, Limits, PlanOutcome, PlanQuality, PlanStats, Planner, PlannerError};
 use crate::operator::{Domain, GroundAction, Problem};
@@ -34,7 +35,25 @@ impl Planner for Ferroplan {
     ) -> Result<PlanOutcome, PlannerError> {
         check_task(self.name(), domain, problem)?;
         let started = Instant::now();
-        let (domain_text, problem_text) = (write_domain(domain), write_problem(problem));
+        let reduced = match reduce(domain, problem) {
+            Ok(Reduction::Task(task)) => Some(task),
+            // Its own grounding may still manage.
+            Ok(Reduction::TooLarge) => None,
+            Ok(Reduction::Unreachable { conjuncts }) => {
+                let reason = format!("no action can ever make {} hold", conjuncts.join(" and "));
+                return Ok(PlanOutcome::Unsolvable { reason });
+            }
+            Err(error) => {
+                let (planner, reason) = (self.name().to_owned(), error.to_string());
+                return Err(PlannerError::InvalidTask { planner, reason });
+            }
+        };
+        let (given_domain, given_problem) = match &reduced {
+            Some(task) => (&task.domain, &task.problem),
+            None => (domain, problem),
+        };
+        let (domain_text, problem_text) =
+            (write_domain(given_domain), write_problem(given_problem));
         let ask = |mode| {
             let left = limits.time.saturating_sub(started.elapsed());
             self.ask(&domain_text, &problem_text, mode, left)
@@ -54,6 +73,14 @@ impl Planner for Ferroplan {
                     .iter()
                     .map(|s| GroundAction::new(&s.action, &s.args))
                     .collect();
+                let original = match &reduced {
+                    Some(task) => task.restore(&steps),
+                    None => Some(steps),
+                };
+                let steps = original.ok_or_else(|| PlannerError::Failed {
+                    planner: self.name().to_owned(),
+                    reason: "it returned an action it was not given".to_owned(),
+                })?;
                 accept(self.name(), domain, problem, &steps, stats(solution))
             }
             None => Ok(verdict(&solution).unwrap_or(PlanOutcome::Exhausted {

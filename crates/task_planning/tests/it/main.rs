@@ -1,0 +1,7 @@
+//! Tests of the crate from outside: real files, planners against each other, and laws.
+
+mod learned_files;
+mod planners;
+mod processes;
+mod random_tasks;
+mod tasks;
