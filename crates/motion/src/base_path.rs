@@ -133,7 +133,8 @@ fn resample(corners: &[Point2<f64>], spacing_m: f64) -> Vec<Point2<f64>> {
     for pair in corners.windows(2) {
         let step = pair[1] - pair[0];
         let n_steps = ((step.norm() / spacing_m).ceil() as usize).max(1);
-        points.extend((1..=n_steps).map(|i| pair[0] + step * (i as f64 / n_steps as f64)));
+        points.extend((1..n_steps).map(|i| pair[0] + step * (i as f64 / n_steps as f64)));
+        points.push(pair[1]);
     }
     points
 }

@@ -69,3 +69,6 @@ pub fn with_fingers_swapped(base_from_tcp: &Pose) -> Pose {
     let half_turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI);
     base_from_tcp * half_turn
 }
+
+#[cfg(test)]
+mod tests;

@@ -259,3 +259,6 @@ impl BestTry {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

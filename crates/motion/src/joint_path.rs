@@ -253,3 +253,6 @@ fn usable_goals(
         (None, None) => PathOutcome::NoGoal,
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -172,7 +172,7 @@ impl TimedMotion {
         };
         let end = point_on(last, last.length);
         // 2. Corners: how far they reach into their segments and how fast they may be crossed.
-        let corners = corners_of(&limits, &segments, &is_stop, options.blend_deviation_rad);
+        let corners = corners_of(&segments, &is_stop, options.blend_deviation_rad);
         // 3. Speeds at the corners that the straight parts between them can reach and brake from.
         let reach = |i: usize| corners[i].as_ref().map_or(0.0, Blend::reach);
         let straight: Vec<f64> = (0..segments.len())
@@ -208,19 +208,10 @@ impl TimedMotion {
             });
             start_secs += duration_secs;
         };
-        let mut corners = corners.into_iter().enumerate();
-        let _ = corners.next();
-        for (segment, ((i, corner), (&straight, speeds))) in segments.iter().zip(
-            corners.zip(
-                straight
-                    .iter()
-                    .zip(speeds.windows(2).map(|pair| [pair[0], pair[1]])),
-            ),
-        ) {
-            let _ = i;
-            let before = segment.length - straight - corner.as_ref().map_or(0.0, Blend::reach);
-            let profile = SpeedProfile::new(straight, speeds[0], speeds[1], &segment.limits)?;
-            let from = point_on(segment, before);
+        for (i, segment) in segments.iter().enumerate() {
+            let [speed_from, speed_to] = [speeds[i], speeds[i + 1]];
+            let profile = SpeedProfile::new(straight[i], speed_from, speed_to, &segment.limits)?;
+            let from = point_on(segment, reach(i));
             let direction = segment.direction.clone();
             add(
                 profile.duration_secs(),
@@ -230,9 +221,12 @@ impl TimedMotion {
                     profile,
                 },
             );
-            if let Some(blend) = corner {
-                let speed = speeds[1];
-                add(blend.length() / speed, PieceKind::Corner { blend, speed });
+            if let Some(blend) = &corners[i + 1] {
+                let corner = PieceKind::Corner {
+                    blend: blend.clone(),
+                    speed: speed_to,
+                };
+                add(blend.length() / speed_to, corner);
             }
         }
         Ok(Self { pieces, end })
@@ -371,12 +365,7 @@ fn segments_of(
 }
 
 /// The blend at each segment end (first start included), or nothing where the motion stops.
-fn corners_of(
-    _limits: &[JointLimit],
-    segments: &[Segment],
-    is_stop: &[bool],
-    deviation: f64,
-) -> Vec<Option<Blend>> {
+fn corners_of(segments: &[Segment], is_stop: &[bool], deviation: f64) -> Vec<Option<Blend>> {
     let mut corners = vec![None];
     for (i, pair) in segments.windows(2).enumerate() {
         let (a, b) = (&pair[0], &pair[1]);

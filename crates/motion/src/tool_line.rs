@@ -181,3 +181,6 @@ fn poses_on_line(start: &Pose, waypoints: &[Pose], options: &ToolLineOptions) ->
     }
     poses
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,7 +4,7 @@
 //! distance in the open is a consistent estimate of the rest, so each cell is expanded once. The open list is
 //! a ring of buckets by total cost (Dial, CACM 12(11), 1969): a step raises the total by a bounded amount.
 
-use super::grid::{CellIdx, InflatedGrid, UNIT};
+use super::grid::{BLOCKED, CellIdx, InflatedGrid, UNIT};
 
 /// What came of the search.
 #[derive(Debug)]
@@ -40,13 +40,11 @@ pub(super) fn search(
     let estimate = Octile::to(grid, goal);
     // 1. Buffers: cost so far, direction of arrival, and whether a cell is done.
     let mut so_far = vec![u32::MAX; costs.len()];
-    let mut arrived_by = vec![UNSEEN; costs.len()];
-    let cost_max = costs
-        .iter()
-        .copied()
-        .filter(|&c| c != super::grid::BLOCKED)
-        .max();
-    let step_max = step_cost(cost_max.unwrap_or(UNIT), cost_max.unwrap_or(UNIT), true);
+    let mut arrived_by = vec![0u8; costs.len()];
+    let mut is_done = vec![false; costs.len()];
+    let cost_max =
+        costs.iter().copied().filter(|&cost| cost != BLOCKED).max().unwrap_or(UNIT);
+    let step_max = step_cost(cost_max, cost_max, true);
     let mut open = BucketRing::new(2 * step_max as usize + 1);
     so_far[start as usize] = 0;
     open.push(estimate.of(grid, start), start);
@@ -54,7 +52,7 @@ pub(super) fn search(
     let mut n_expansions = 0;
     while let Some(cell) = open.pop() {
         let idx = cell as usize;
-        if arrived_by[idx] & DONE != 0 && arrived_by[idx] != UNSEEN {
+        if is_done[idx] {
             continue;
         }
         if cell == goal {
@@ -64,10 +62,7 @@ pub(super) fn search(
             return CellPath::LimitReached;
         }
         n_expansions += 1;
-        if arrived_by[idx] == UNSEEN {
-            arrived_by[idx] = 0; // the start
-        }
-        arrived_by[idx] |= DONE;
+        is_done[idx] = true;
         neighbours.for_each_free(costs, cell, |direction, next| {
             let next_idx = next as usize;
             let cost = so_far[idx] + step_cost(costs[idx], costs[next_idx], direction >= 4);
@@ -81,11 +76,6 @@ pub(super) fn search(
     CellPath::Unreachable
 }
 
-/// No cell has arrived here yet.
-const UNSEEN: u8 = u8::MAX;
-/// Flag: expanded.
-const DONE: u8 = 0x40;
-
 fn trace(
     start: CellIdx,
     goal: CellIdx,
@@ -95,7 +85,7 @@ fn trace(
     let mut cells = vec![goal];
     let mut cell = goal;
     while cell != start {
-        let direction = usize::from(arrived_by[cell as usize] & !DONE);
+        let direction = usize::from(arrived_by[cell as usize]);
         cell = neighbours.before(direction, cell);
         cells.push(cell);
     }
@@ -121,7 +111,7 @@ impl Neighbours {
     /// The outermost cells of the grid are never free, so no neighbour is outside it.
     fn for_each_free(&self, costs: &[u16], cell: CellIdx, mut visit: impl FnMut(usize, CellIdx)) {
         let at = |direction: usize| (i64::from(cell) + self.offsets[direction]) as CellIdx;
-        let is_free = |cell: CellIdx| costs[cell as usize] != super::grid::BLOCKED;
+        let is_free = |cell: CellIdx| costs[cell as usize] != BLOCKED;
         let sides = [0, 1, 2, 3].map(|direction| is_free(at(direction)));
         for (direction, &is_side_free) in sides.iter().enumerate() {
             if is_side_free {
@@ -188,7 +178,7 @@ impl BucketRing {
     }
 
     fn push(&mut self, total: u32, cell: CellIdx) {
-        if self.n == 0 {
+        if self.n == 0 || (total as usize) < self.current {
             self.current = total as usize;
         }
         self.buckets[total as usize & self.mask].push(cell);

@@ -30,7 +30,7 @@ fn by_physics(robot: &RobotModel, q: &[f64]) -> (crate::Pose, DMatrix<f64>) {
 
 #[test]
 fn kinematics_agree_with_physics() {
-    for name in ["jaco", "movo"] {
+    for name in ["panda", "iiwa7", "jaco", "movo"] {
         let robot = test_robots::load(name);
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let mut q = vec![0.0; robot.n()];

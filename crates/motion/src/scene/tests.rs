@@ -1,5 +1,6 @@
 use super::*;
 use crate::test_robots;
+use nalgebra::{Point3, Vector3};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
@@ -13,7 +14,7 @@ fn sphere_at(name: &str, base_from_obstacle: Pose, radius_m: f64) -> Obstacle {
 
 #[test]
 fn postures_of_the_robots_are_free() {
-    for name in ["jaco", "movo"] {
+    for name in ["panda", "iiwa7", "jaco", "movo"] {
         let robot = test_robots::load(name);
         let mut scene = PlanningScene::new(&robot, &[], None).unwrap();
         assert_eq!(scene.collision(&robot.q_rest()), None, "{name} at rest");
@@ -26,7 +27,7 @@ fn an_obstacle_in_the_hand_collides_until_it_is_allowed() {
     let robot = test_robots::load("movo");
     let q = robot.q_ready();
     let tcp = robot.chain().base_from_tcp(&q);
-    let ball = sphere_at("ball", tcp, 0.06);
+    let ball = sphere_at("ball", tcp, 0.08);
     let mut scene = PlanningScene::new(&robot, &[ball], None).unwrap();
     let (a, b) = scene.collision(&q).unwrap();
     assert!(a == "ball" || b == "ball", "{a} {b}");
@@ -41,7 +42,7 @@ fn a_margin_finds_what_is_near() {
     let robot = test_robots::load("movo");
     let q = robot.q_ready();
     let ball = |gap: f64| {
-        // In front of the hand: the farthest point of the hand along z of the tool is found by bisection.
+        // Ahead of the hand; where it first touches is found by bisection.
         let tcp = robot.chain().base_from_tcp(&q);
         sphere_at(
             "ball",
@@ -112,22 +113,34 @@ fn a_class_model_is_an_obstacle_with_its_joints_in_place() {
     let robot = test_robots::load("movo");
     let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../assets/objects/bottle/model.xml");
-    let tcp = robot.chain().base_from_tcp(&robot.q_ready());
-    let bottle = |joint_positions| Obstacle {
-        name: "bottle".to_owned(),
-        shape: ObstacleShape::Model {
-            file: file.clone(),
-            joint_positions,
-        },
-        base_from_obstacle: Pose::from_parts(tcp.translation, nalgebra::UnitQuaternion::identity()),
+    let base_from_tcp = robot.chain().base_from_tcp(&robot.q_ready());
+    // Upright at the tool, moved along the approach direction.
+    let bottle = |ahead_m: f64, joint_positions| {
+        let at = base_from_tcp * Point3::new(0.0, 0.0, ahead_m) - Vector3::z() * 0.08;
+        Obstacle {
+            name: "bottle".to_owned(),
+            shape: ObstacleShape::Model {
+                file: file.clone(),
+                joint_positions,
+            },
+            base_from_obstacle: Pose::translation(at.x, at.y, at.z),
+        }
     };
-    let mut scene = PlanningScene::new(&robot, &[bottle(vec![])], None).unwrap();
-    let pair = scene.collision(&robot.q_ready()).unwrap();
+    let collision = |ahead_m: f64| {
+        let mut scene = PlanningScene::new(&robot, &[bottle(ahead_m, vec![])], None).unwrap();
+        scene.collision(&robot.q_ready())
+    };
+    assert_eq!(
+        collision(0.0),
+        None,
+        "the bottle fits between the open fingers"
+    );
+    let pair = collision(-0.08).unwrap();
     assert!(
         [&pair.0, &pair.1].contains(&&"bottle".to_owned()),
         "{pair:?}"
     );
-    let absent = bottle(vec![("lid".to_owned(), 0.1)]);
+    let absent = bottle(0.0, vec![("lid".to_owned(), 0.1)]);
     let error = PlanningScene::new(&robot, &[absent], None)
         .unwrap_err()
         .to_string();
