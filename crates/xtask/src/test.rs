@@ -90,15 +90,8 @@ fn rust_tests(workspace: &Workspace, choice: &Choice) -> Result<Tally> {
             .args(&choice.filters);
         command
     } else {
-        // Documentation tests have their own turn.
-        let mut command = workspace.cargo(&[
-            "test",
-            "--no-fail-fast",
-            "--lib",
-            "--bins",
-            "--tests",
-            "--examples",
-        ]);
+        // Libraries, programs and integration tests; documentation tests have their own turn.
+        let mut command = workspace.cargo(&["test", "--no-fail-fast", "--tests"]);
         command
             .args(scope)
             .args(&choice.options)
