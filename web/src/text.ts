@@ -95,7 +95,7 @@ export function countsText(classes: number, objects: number, edges: number): str
   return [
     many(classes, "class", "classes"),
     many(objects, "object", "objects"),
-    many(edges, "way between", "ways between"),
+    many(edges, "way", "ways"),
   ].join(" · ");
 }
 

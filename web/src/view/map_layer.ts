@@ -4,6 +4,7 @@
 import {
   DataTexture,
   Group,
+  LinearMipmapLinearFilter,
   Mesh,
   MeshBasicMaterial,
   NearestFilter,
@@ -18,6 +19,9 @@ import type { OccupancyMap } from "../protocol";
 import type { Rgba, Theme } from "./theme";
 
 const HEIGHT_M = 0.012;
+/** Cells from stripe to stripe, and how much of the veil is left between them. */
+const HATCH_CELLS = 6;
+const HATCH_PART = 0.45;
 
 export class MapLayer {
   readonly root = new Group();
@@ -37,9 +41,11 @@ export class MapLayer {
       console.warn(cells);
       return;
     }
-    const texture = new DataTexture(pixels(cells, theme), map.width, map.height, RGBAFormat);
+    const texture = new DataTexture(pixels(cells, map.width, theme), map.width, map.height, RGBAFormat);
     texture.colorSpace = SRGBColorSpace;
     texture.magFilter = NearestFilter;
+    texture.minFilter = LinearMipmapLinearFilter;
+    texture.generateMipmaps = true;
     texture.needsUpdate = true;
     const [width, height] = [map.width * map.resolution_m, map.height * map.resolution_m];
     // The first row of the texture is the one at the origin, as that of the map.
@@ -67,14 +73,21 @@ export class MapLayer {
   }
 }
 
-function pixels(cells: Int8Array, theme: Theme): Uint8Array<ArrayBuffer> {
+function pixels(cells: Int8Array, width: number, theme: Theme): Uint8Array<ArrayBuffer> {
   // One colour for each value that a cell can have.
   const table = new Map<number, Rgba>([[UNKNOWN, theme.unknown]]);
   for (let value = 0; value <= OCCUPIED; value++) {
     table.set(value, mix(theme.free, theme.occupied, value / OCCUPIED));
   }
   const bytes = new Uint8Array(4 * cells.length);
-  cells.forEach((value, index) => bytes.set(table.get(value) ?? theme.unknown, 4 * index));
+  cells.forEach((value, index) => {
+    bytes.set(table.get(value) ?? theme.unknown, 4 * index);
+    // What is unknown is hatched, so that it does not pass for a shadow.
+    const diagonal = (index % width) + Math.floor(index / width);
+    if (value === UNKNOWN && diagonal % HATCH_CELLS < HATCH_CELLS / 2) {
+      bytes[4 * index + 3] = HATCH_PART * theme.unknown[3];
+    }
+  });
   return bytes;
 }
 

@@ -18,7 +18,7 @@ import {
 
 import type { Theme } from "./theme";
 
-const SUN_DIRECTION = new Vector3(-0.42, 1, 0.34).normalize();
+const SUN_DIRECTION = new Vector3(0.34, 1, 0.5).normalize();
 const SHADOW_PX = 2048;
 const GROUND_M = 120;
 const GRID_M = 60;
@@ -37,7 +37,7 @@ export class Surroundings {
     this.sun.shadow.radius = 5;
     this.sun.shadow.bias = -0.0004;
     this.sun.shadow.normalBias = 0.02;
-    this.fill.position.set(6, 5, -4);
+    this.fill.position.set(-6, 5, 3);
     const ground = new Mesh(new PlaneGeometry(GROUND_M, GROUND_M).rotateX(-Math.PI / 2), this.shadows);
     ground.position.y = -0.004;
     ground.receiveShadow = true;

@@ -27,11 +27,11 @@ const LIGHT: Theme = {
   edgeOpacity: 0.22,
   shadowOpacity: 0.22,
   sky: 0xffffff,
-  ground: 0xb9b2a6,
+  ground: 0xcfc8bd,
   accent: 0x0072b2,
-  free: [255, 255, 255, 70],
+  free: [255, 255, 255, 40],
   occupied: [28, 38, 48, 235],
-  unknown: [96, 112, 126, 120],
+  unknown: [84, 100, 116, 96],
 };
 
 const DARK: Theme = {
