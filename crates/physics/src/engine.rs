@@ -5,7 +5,7 @@
 //! raise such an error is called through the shim; no other is called unless it cannot fail.
 
 use std::ffi::{CStr, CString, c_char, c_int};
-use std::sync::Once;
+use std::sync::OnceLock;
 
 use mujoco_rs::mujoco_c::{mjData, mjModel, mjSpec};
 
@@ -213,35 +213,45 @@ unsafe extern "C" {
 pub(crate) const OK: c_int = 0;
 pub(crate) const WARNING: c_int = 2;
 
-/// MuJoCo's version of the bindings, as `mj_version` says it.
+/// Version of the bindings, in the form of `mj_version`.
 const VERSION: c_int = mujoco_rs::mujoco_c::mjVERSION_HEADER as c_int;
 
-/// MuJoCo's version, e.g. `3.17.0`; the library is checked against it when it is first used.
-pub fn engine_version() -> String {
-    // mjVERSION_HEADER is major * 1,000,000 + minor * 1,000 + patch since MuJoCo 3.
-    format!(
-        "{}.{}.{}",
-        VERSION / 1_000_000,
-        VERSION / 1_000 % 1_000,
-        VERSION % 1_000
-    )
-}
-
-static INSTALLED: Once = Once::new();
+/// Version that was found when the handler was installed.
+static INSTALLED: OnceLock<c_int> = OnceLock::new();
 
 /// Installs the log handler, once per process; every path to a MuJoCo object begins here.
-pub(crate) fn install() {
-    INSTALLED.call_once(|| {
-        // SAFETY: `Once` runs this before any other MuJoCo call of this crate, the only one that
+pub(crate) fn install() -> Result<(), PhysicsError> {
+    let found = *INSTALLED.get_or_init(|| {
+        // SAFETY: the lock runs this before any other MuJoCo call of this crate, the only one that
         // calls MuJoCo; the handler is a static C function.
         unsafe { fct_install_handler() };
         // SAFETY: mj_version takes nothing and reads a constant.
-        let found = unsafe { mujoco_rs::mujoco_c::mj_version() };
-        assert_eq!(
-            found, VERSION,
-            "the MuJoCo library is not the version of its bindings"
-        );
+        unsafe { mujoco_rs::mujoco_c::mj_version() }
     });
+    if found == VERSION {
+        return Ok(());
+    }
+    // The layouts of mjModel and mjData change between versions: nothing may be read.
+    Err(PhysicsError::Version {
+        found: dotted(found),
+        expected: dotted(VERSION),
+    })
+}
+
+/// `3017000` as `3.17.0`.
+fn dotted(version: c_int) -> String {
+    format!(
+        "{}.{}.{}",
+        version / 1_000_000,
+        version / 1_000 % 1_000,
+        version % 1_000
+    )
+}
+
+/// Version of the MuJoCo library that is linked, as `3.17.0`.
+pub fn engine_version() -> String {
+    // SAFETY: mj_version takes nothing and reads a constant.
+    dotted(unsafe { mujoco_rs::mujoco_c::mj_version() })
 }
 
 /// The text of the last error on this thread, in one line.

@@ -6,6 +6,14 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PhysicsError {
+    /// The MuJoCo library is not the one this program was built for.
+    #[error("MuJoCo is version {found}, expected {expected}; `cargo x setup` fetches it")]
+    Version {
+        /// Version of the library.
+        found: String,
+        /// Version of the bindings.
+        expected: String,
+    },
     /// MuJoCo raised a fatal error inside a call; the state it worked on is lost.
     #[error("MuJoCo failed in {call}: {message}")]
     Engine {

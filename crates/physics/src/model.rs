@@ -5,13 +5,14 @@ use std::path::Path;
 use std::ptr::NonNull;
 use std::sync::Arc;
 
-use mujoco_rs::mujoco_c::{mj_deleteModel, mjModel, mjtDisableBit, mjtJoint};
+use mujoco_rs::mujoco_c::{mj_deleteModel, mjModel, mjtDisableBit};
 use nalgebra::{Point3, Vector3};
 
 use crate::Pose;
-use crate::engine;
 use crate::error::PhysicsError;
+use crate::geom_shape::GeomShape;
 use crate::ids::{ActuatorId, BodyId, CameraId, GeomId, JointId, KeyframeId, SensorId, SiteId};
+use crate::joint_kind::JointKind;
 use crate::spec::Spec;
 use crate::tables::Tables;
 
@@ -38,105 +39,6 @@ impl Drop for ModelInner {
         // that reads it holds a clone of the Arc.
         unsafe { mj_deleteModel(self.raw.as_ptr()) };
     }
-}
-
-/// How a joint moves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum JointKind {
-    /// Six degrees of freedom; 7 positions (x, y, z, then quaternion w, x, y, z), 6 velocities
-    /// (linear in the world, then angular in the body).
-    Free,
-    /// Three rotations; 4 positions (quaternion w, x, y, z), 3 velocities.
-    Ball,
-    /// One translation, m.
-    Slide,
-    /// One rotation, rad.
-    Hinge,
-}
-
-impl JointKind {
-    /// How many entries it has in `qpos`.
-    pub fn n_q(self) -> usize {
-        match self {
-            Self::Free => 7,
-            Self::Ball => 4,
-            Self::Slide | Self::Hinge => 1,
-        }
-    }
-
-    /// How many entries it has in `qvel`.
-    pub fn n_v(self) -> usize {
-        match self {
-            Self::Free => 6,
-            Self::Ball => 3,
-            Self::Slide | Self::Hinge => 1,
-        }
-    }
-}
-
-impl TryFrom<c_int> for JointKind {
-    type Error = PhysicsError;
-
-    fn try_from(value: c_int) -> Result<Self, PhysicsError> {
-        [
-            (mjtJoint::mjJNT_FREE, Self::Free),
-            (mjtJoint::mjJNT_BALL, Self::Ball),
-            (mjtJoint::mjJNT_SLIDE, Self::Slide),
-            (mjtJoint::mjJNT_HINGE, Self::Hinge),
-        ]
-        .into_iter()
-        .find_map(|(raw, kind)| (raw as c_int == value).then_some(kind))
-        .ok_or(PhysicsError::Argument {
-            what: "joint type of the compiled model",
-            found: value.to_string(),
-            expected: "0 (free), 1 (ball), 2 (slide) or 3 (hinge)",
-        })
-    }
-}
-
-/// The shape of a geom, in the geom's own frame; lengths in m.
-#[derive(Debug, Clone, PartialEq)]
-pub enum GeomShape {
-    /// A box.
-    Box {
-        /// Half extents.
-        half: [f64; 3],
-    },
-    /// A sphere.
-    Sphere {
-        /// Radius.
-        r: f64,
-    },
-    /// A capsule along z.
-    Capsule {
-        /// Radius.
-        r: f64,
-        /// Half the length of its cylindrical part.
-        half: f64,
-    },
-    /// A cylinder along z.
-    Cylinder {
-        /// Radius.
-        r: f64,
-        /// Half its length.
-        half: f64,
-    },
-    /// An ellipsoid.
-    Ellipsoid {
-        /// Radii.
-        radii: [f64; 3],
-    },
-    /// The plane z = 0, solid below.
-    Plane,
-    /// Triangles; contacts use their convex hull.
-    Mesh {
-        /// Vertices.
-        vertices: Vec<[f32; 3]>,
-        /// Triangles, as indices of vertices, counterclockwise from outside.
-        faces: Vec<[u32; 3]>,
-    },
-    /// A height field; its heights are not copied.
-    HeightField,
 }
 
 macro_rules! lookups {
@@ -231,35 +133,6 @@ impl Model {
     /// Whether two handles share one compiled model.
     pub fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.inner, &other.inner)
-    }
-
-    /// A copy of the model with some numbers changed.
-    ///
-    /// # Errors
-    /// [`PhysicsError::Engine`] when there is no memory; [`PhysicsError::Argument`] from the edits.
-    pub fn edited(
-        &self,
-        edit: impl FnOnce(&mut ModelEdit<'_>) -> Result<(), PhysicsError>,
-    ) -> Result<Self, PhysicsError> {
-        let mut copy = std::ptr::null_mut();
-        // SAFETY: a live model and a place for the result; mj_copyModel allocates when given NULL.
-        let rc = unsafe { engine::fct_copy_model(self.as_ptr(), &raw mut copy) };
-        let mut raw = match (rc, NonNull::new(copy)) {
-            (engine::OK, Some(raw)) => raw,
-            _ => return Err(engine::fatal("mj_copyModel")),
-        };
-        // SAFETY: a live model that nothing else holds yet.
-        let copied = unsafe { raw.as_mut() };
-        let result = edit(&mut ModelEdit {
-            raw: copied,
-            tables: self.tables(),
-        });
-        if let Err(error) = result {
-            // SAFETY: as above; it is not used again.
-            unsafe { mj_deleteModel(raw.as_ptr()) };
-            return Err(error);
-        }
-        Self::from_raw(raw)
     }
 
     /// The model's name.
@@ -582,95 +455,5 @@ impl Model {
             }
             None => format!("{what} {at}"),
         }
-    }
-}
-
-/// Numbers of a model that may be changed in a copy; see [`Model::edited`].
-#[derive(Debug)]
-pub struct ModelEdit<'a> {
-    raw: &'a mut mjModel,
-    tables: &'a Tables,
-}
-
-impl ModelEdit<'_> {
-    /// Sets the length of a step, s.
-    ///
-    /// # Errors
-    /// [`PhysicsError::Argument`] when it is not positive.
-    pub fn set_timestep_secs(&mut self, timestep_secs: f64) -> Result<(), PhysicsError> {
-        if !(timestep_secs.is_finite() && timestep_secs > 0.0) {
-            return Err(PhysicsError::Argument {
-                what: "timestep",
-                found: timestep_secs.to_string(),
-                expected: "a positive number of seconds",
-            });
-        }
-        self.raw.opt.timestep = timestep_secs;
-        Ok(())
-    }
-
-    /// Sets gravity in the world, m/s².
-    pub fn set_gravity(&mut self, gravity: Vector3<f64>) {
-        self.raw.opt.gravity = gravity.into();
-    }
-
-    /// Sets the sliding, torsional and rolling friction of a geom.
-    pub fn set_geom_friction(&mut self, geom: GeomId, friction: [f64; 3]) {
-        let n = self.tables.geoms.len();
-        // SAFETY: geom_friction holds ngeom x 3 values; the copy is held by this edit alone.
-        let values = unsafe { std::slice::from_raw_parts_mut(self.raw.geom_friction, 3 * n) };
-        values[3 * geom.0..3 * geom.0 + 3].copy_from_slice(&friction);
-    }
-
-    /// Sets which geoms a geom collides with: a pair collides when the type of one shares a bit with
-    /// the affinity of the other. Bodies fixed to each other and excluded pairs still do not.
-    pub fn set_geom_contact_bits(&mut self, geom: GeomId, contype: i32, conaffinity: i32) {
-        let n = self.tables.geoms.len();
-        // SAFETY: geom_contype holds ngeom values; the copy is held by this edit alone.
-        let types = unsafe { std::slice::from_raw_parts_mut(self.raw.geom_contype, n) };
-        types[geom.0] = contype;
-        // SAFETY: geom_conaffinity holds ngeom values; as above.
-        let affinities = unsafe { std::slice::from_raw_parts_mut(self.raw.geom_conaffinity, n) };
-        affinities[geom.0] = conaffinity;
-        // MuJoCo's first filter looks at the union over each body's geoms.
-        let body = self.tables.geoms[geom.0].body;
-        let union = |bits: &[i32]| {
-            let geoms = self.tables.geoms.iter().zip(bits);
-            geoms
-                .filter(|(geom, _)| geom.body == body)
-                .fold(0, |union, (_, bits)| union | bits)
-        };
-        let n_bodies = self.tables.bodies.len();
-        // SAFETY: body_contype holds nbody values; as above.
-        let of_bodies = unsafe { std::slice::from_raw_parts_mut(self.raw.body_contype, n_bodies) };
-        of_bodies[body] = union(types);
-        // SAFETY: body_conaffinity holds nbody values; as above.
-        let of_bodies =
-            unsafe { std::slice::from_raw_parts_mut(self.raw.body_conaffinity, n_bodies) };
-        of_bodies[body] = union(affinities);
-    }
-
-    /// Sets the distance (m) from which a geom's contacts are found.
-    pub fn set_geom_margin(&mut self, geom: GeomId, margin_m: f64) {
-        let n = self.tables.geoms.len();
-        // SAFETY: geom_margin holds ngeom values; the copy is held by this edit alone.
-        let margins = unsafe { std::slice::from_raw_parts_mut(self.raw.geom_margin, n) };
-        margins[geom.0] = margin_m;
-        let n_bodies = self.tables.bodies.len();
-        // SAFETY: body_margin, the largest of a body's geoms, holds nbody values; as above.
-        let of_bodies = unsafe { std::slice::from_raw_parts_mut(self.raw.body_margin, n_bodies) };
-        let of_body = &mut of_bodies[self.tables.geoms[geom.0].body];
-        *of_body = of_body.max(margin_m);
-    }
-
-    /// Takes a geom out of collision detection; it is still seen by rays.
-    pub fn disable_geom_contacts(&mut self, geom: GeomId) {
-        let n = self.tables.geoms.len();
-        // SAFETY: geom_contype holds ngeom values; the copy is held by this edit alone.
-        let types = unsafe { std::slice::from_raw_parts_mut(self.raw.geom_contype, n) };
-        types[geom.0] = 0;
-        // SAFETY: geom_conaffinity holds ngeom values; as above.
-        let affinities = unsafe { std::slice::from_raw_parts_mut(self.raw.geom_conaffinity, n) };
-        affinities[geom.0] = 0;
     }
 }

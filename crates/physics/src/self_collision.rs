@@ -11,7 +11,8 @@ use rand::{Rng, RngExt as _};
 
 use crate::error::PhysicsError;
 use crate::ids::{BodyId, GeomId, JointId};
-use crate::model::{JointKind, Model};
+use crate::joint_kind::JointKind;
+use crate::model::Model;
 use crate::state::State;
 
 /// Share of samples from which a pair counts as always touching.

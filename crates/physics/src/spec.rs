@@ -66,7 +66,7 @@ pub struct NewActuator {
 
 impl Spec {
     pub(crate) fn from_file(path: &Path) -> Result<Self, PhysicsError> {
-        engine::install();
+        engine::install()?;
         // MuJoCo's own message for a missing file is good, but does not say why.
         if let Err(error) = std::fs::metadata(path) {
             return Err(PhysicsError::File {
@@ -89,7 +89,7 @@ impl Spec {
     }
 
     pub(crate) fn from_text(origin: &str, xml: &str) -> Result<Self, PhysicsError> {
-        engine::install();
+        engine::install()?;
         let c_xml = c_string("model text", xml)?;
         let mut raw = std::ptr::null_mut();
         // SAFETY: a NUL-terminated text and a place for the result.

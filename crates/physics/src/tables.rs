@@ -5,10 +5,12 @@ use std::ffi::{CStr, c_char, c_int};
 use mujoco_rs::mujoco_c::{mjModel, mjtGeom};
 use nalgebra::{Point3, Vector3};
 
+use crate::Pose;
 use crate::axes::pose_from_mujoco;
 use crate::error::PhysicsError;
+use crate::geom_shape::GeomShape;
 use crate::ids::{BodyId, GeomId};
-use crate::{Pose, model::GeomShape, model::JointKind};
+use crate::joint_kind::JointKind;
 
 #[derive(Debug)]
 pub(crate) struct Body {
