@@ -1,0 +1,187 @@
+// The page in a real browser, against a real studio.
+//
+// Skips, and says how to get what is missing, where there is no Chromium or no cargo.
+
+import assert from "node:assert/strict";
+import { after, before, describe, it } from "node:test";
+
+import { findChromium, HOW_TO_GET_IT, launch, untilDrawn } from "./chromium.mjs";
+import { buildDemo, startDemo } from "./demo.mjs";
+
+const executablePath = findChromium();
+const demo = executablePath === null ? null : buildDemo();
+const skip =
+  (executablePath === null && HOW_TO_GET_IT) || (demo === null && "no cargo to build the demo with");
+
+const DESKTOP = { viewport: { width: 1280, height: 800 } };
+const PHONE = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true };
+/** In the middle of the plan, with a step that was tried twice. */
+const MID_PLAN = ["--start", "29", "--speed", "0.1"];
+
+describe("the page", { skip, concurrency: false }, () => {
+  let browser;
+  let studio;
+
+  before(async () => {
+    browser = await launch(executablePath);
+    studio = await startDemo(demo, ...MID_PLAN);
+  });
+
+  after(async () => {
+    await studio?.stop();
+    await browser?.close();
+  });
+
+  /** Runs `look` on a page of its own, on which nothing may go wrong. */
+  async function onPage(url, device, look) {
+    const context = await browser.newContext(device);
+    const page = await context.newPage();
+    const problems = [];
+    page.on("pageerror", (error) => problems.push(error.message));
+    page.on("console", (message) => {
+      if (message.type() === "error" && !isExpected(message.text())) {
+        problems.push(message.text());
+      }
+    });
+    page.setDefaultTimeout(30_000);
+    try {
+      await page.goto(url);
+      await look(page);
+    } finally {
+      await context.close();
+    }
+    assert.deepEqual(problems, []);
+  }
+
+  /** A browser reports every failed connection as an error; losing one is tested here. */
+  function isExpected(text) {
+    return /WebSocket connection|net::ERR_CONNECTION_REFUSED|401/.test(text);
+  }
+
+  it("draws the home and says what the robot is at", async () => {
+    await onPage(studio.url, DESKTOP, async (page) => {
+      await untilDrawn(page);
+      assert.equal(new URL(page.url()).search, "", "the token has left the address");
+      assert.ok((await coloursOf(page)) > 300, "the picture is more than a plain ground");
+      assert.equal(await page.textContent(".connection"), "Live");
+      assert.equal(await page.textContent(".chip"), "Acting");
+      assert.match(await page.textContent(".goal"), /bottle in the bin/);
+      assert.match(await page.getAttribute("canvas", "aria-label"), /\d+ bodies/);
+    });
+  });
+
+  it("shows the plan with states in words, and why a step was tried again", async () => {
+    await onPage(studio.url, DESKTOP, async (page) => {
+      await page.waitForSelector(".steps li[aria-current='step']");
+      const states = await page.$$eval(".steps .state", (all) => all.map((one) => one.textContent));
+      assert.equal(states.length, 8);
+      assert.equal(states[1], "done · 2 tries");
+      assert.equal(states[2], "doing");
+      assert.equal(states[7], "to do");
+      assert.match(await page.textContent(".steps .reason"), /slipped/);
+      assert.equal((await page.$$(".regions li")).length, 4);
+      assert.match(await page.textContent(".events"), /Warning: 0:25/);
+      assert.equal(await page.getAttribute(".events", "aria-live"), "polite");
+    });
+  });
+
+  it("changes the view by keys and by buttons alike", async () => {
+    await onPage(studio.url, DESKTOP, async (page) => {
+      await untilDrawn(page);
+      for (const [key, name, pressed] of [
+        ["f", "Follow", "true"],
+        ["m", "Map", "false"],
+        ["r", "Regions", "false"],
+        ["l", "Labels", "false"],
+      ]) {
+        const button = page.getByRole("button", { name });
+        await page.keyboard.press(key);
+        assert.equal(await button.getAttribute("aria-pressed"), pressed, name);
+        await button.click();
+        assert.notEqual(await button.getAttribute("aria-pressed"), pressed, name);
+      }
+    });
+  });
+
+  it("fits a phone without scrolling sideways", async () => {
+    await onPage(studio.url, PHONE, async (page) => {
+      await untilDrawn(page);
+      const { overflow, canvas, stage } = await page.evaluate(() => ({
+        overflow: document.documentElement.scrollWidth - window.innerWidth,
+        canvas: document.querySelector("canvas").getBoundingClientRect().toJSON(),
+        stage: document.querySelector("#stage").getBoundingClientRect().toJSON(),
+      }));
+      assert.ok(overflow <= 0, `${overflow} pixels too wide`);
+      assert.deepEqual(canvas, stage, "the picture fills its place");
+      for (const button of await page.$$(".controls > .group button")) {
+        const box = await button.boundingBox();
+        assert.ok(box.width >= 44 && box.height >= 44, "a finger hits every button");
+      }
+    });
+  });
+
+  it("pauses with the space bar, goes on, and stops only when asked twice", async () => {
+    const own = await startDemo(demo, ...MID_PLAN);
+    try {
+      await onPage(own.url, DESKTOP, async (page) => {
+        const chip = (text) => page.locator(".chip", { hasText: text }).waitFor();
+        await chip("Acting");
+        await page.keyboard.press(" ");
+        await chip("Paused");
+        await page.getByRole("button", { name: "Go on" }).click();
+        await chip("Acting");
+        await page.keyboard.press("s");
+        await page.keyboard.press("Escape");
+        await page.waitForTimeout(300);
+        await chip("Acting");
+        await page.keyboard.press("s");
+        await page.keyboard.press("Enter");
+        await chip("Stopped");
+        await page.locator(".outcome", { hasText: "Not achieved" }).waitFor();
+        assert.equal(await page.getByRole("button", { name: "Stop" }).isDisabled(), true);
+      });
+    } finally {
+      await own.stop();
+    }
+  });
+
+  it("says that the connection is lost, and comes back to the same run or says it is another", async () => {
+    const first = await startDemo(demo, ...MID_PLAN);
+    let second;
+    try {
+      await onPage(first.url, DESKTOP, async (page) => {
+        const says = (text) => page.locator(".connection", { hasText: text }).waitFor();
+        await says("Live");
+        await first.stop();
+        await says("Connection lost");
+        assert.equal((await page.$$(".steps li")).length, 8, "the last picture stays");
+        second = await startDemo(demo, ...MID_PLAN, "--port", first.port);
+        await says("another run");
+        await page.goto(second.url);
+        await says("Live");
+      });
+    } finally {
+      await first.stop();
+      await second?.stop();
+    }
+  });
+
+  it("lets nobody in without the token", async () => {
+    await onPage(`http://127.0.0.1:${studio.port}/?token=guess`, DESKTOP, async (page) => {
+      assert.match(await page.textContent("h1"), /Open the address/);
+    });
+  });
+});
+
+/** How many different colours the picture has. */
+async function coloursOf(page) {
+  const picture = await page.locator("canvas").screenshot();
+  return page.evaluate(async (bytes) => {
+    const bitmap = await createImageBitmap(new Blob([new Uint8Array(bytes)]));
+    const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
+    const context = canvas.getContext("2d");
+    context.drawImage(bitmap, 0, 0);
+    const { data } = context.getImageData(0, 0, bitmap.width, bitmap.height);
+    return new Set(new Uint32Array(data.buffer)).size;
+  }, [...picture]);
+}
