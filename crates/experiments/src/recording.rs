@@ -13,6 +13,8 @@
 //! | `/log` | `foxglove.Log` | [`Event`] |
 //! | `/plan`, `/status`, `/done` | ours | [`Plan`], [`Status`], [`Done`] as they are on the wire |
 //!
+//! A state names the bodies that moved since the last, and once in a chunk all of them.
+//!
 //! Messages are gathered in chunks, and a chunk goes to the disk whole, at least once in a second of the robot's time.
 //! A recording cut short by a crash or a full disk is therefore readable up to its last chunk; `mcap recover` gives it
 //! an index again.
@@ -24,6 +26,7 @@ mod base64;
 mod foxglove;
 mod schemas;
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -31,8 +34,8 @@ use std::path::{Path, PathBuf};
 use factotum_geometry::frames::pose_from_planar;
 use factotum_geometry::sensing::LaserScan;
 use factotum_protocol::{
-    Aosm, BasePath, Done, Event, EventLevel, OccupancyMap, Plan, Scene, ServerMessage, State,
-    Status,
+    Aosm, BasePath, Done, Event, EventLevel, OccupancyMap, Plan, Scene, SceneSource, ServerMessage,
+    State, Status,
 };
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
@@ -85,6 +88,10 @@ pub struct Recording {
     writer: Writer<NoSeek<BufWriter<File>>>,
     channels: Vec<(Topic, u16)>,
     start_nanos: u64,
+    frames: foxglove::Frames,
+    bodies_shown: BTreeMap<SceneSource, Vec<String>>,
+    /// Whether the next state is to name every frame: once a chunk, for whoever begins to read there.
+    is_all_due: bool,
     chunk_begun_nanos: Option<u64>,
     n_messages: u32,
 }
@@ -179,7 +186,7 @@ impl Recording {
             let channel = writer
                 .add_schema(name, "jsonschema", schema.as_bytes())
                 .and_then(|schema| {
-                    writer.add_channel(schema, topic.name(), "json", &Default::default())
+                    writer.add_channel(schema, topic.name(), "json", &BTreeMap::new())
                 })
                 .map_err(|error| failed(file, error))?;
             channels.push((topic, channel));
@@ -189,6 +196,9 @@ impl Recording {
             writer,
             channels,
             start_nanos: start.unix_secs().saturating_mul(1_000_000_000),
+            frames: foxglove::Frames::default(),
+            bodies_shown: BTreeMap::new(),
+            is_all_due: true,
             chunk_begun_nanos: None,
             n_messages: 0,
         };
@@ -240,6 +250,7 @@ impl Recording {
     /// [`RecordingError`] when it cannot be written.
     pub fn flush(&mut self) -> Result<(), RecordingError> {
         self.chunk_begun_nanos = None;
+        self.is_all_due = true;
         self.writer
             .flush()
             .map_err(|error| failed(&self.file, error))
@@ -265,30 +276,29 @@ impl Recording {
 
     fn scene(&mut self, time_secs: f64, scene: &Scene) -> Result<(), RecordingError> {
         let time = self.time(time_secs);
-        let frames: Vec<_> = scene
-            .bodies
-            .iter()
-            .map(|body| foxglove::FrameTransform::of_body(time.into(), &body.name, &body.pose))
-            .collect();
-        self.write(
-            Topic::Tf,
-            time,
-            &foxglove::FrameTransforms { transforms: frames },
-        )?;
-        self.write(
-            Topic::Scene,
-            time,
-            &foxglove::SceneUpdate::of_scene(time.into(), scene),
-        )
+        for body in &scene.bodies {
+            self.frames.place(time.into(), &body.name, &body.pose);
+        }
+        let transforms = self.frames.all(time.into());
+        self.write(Topic::Tf, time, &foxglove::FrameTransforms { transforms })?;
+        let names = scene.bodies.iter().map(|body| body.name.clone()).collect();
+        let shown = self
+            .bodies_shown
+            .insert(scene.source, names)
+            .unwrap_or_default();
+        let update = foxglove::SceneUpdate::of_scene(time.into(), scene, &shown);
+        self.write(Topic::Scene, time, &update)
     }
 
     fn state(&mut self, state: &State) -> Result<(), RecordingError> {
         let time = self.time(state.time_secs);
-        self.write(
-            Topic::Tf,
-            time,
-            &foxglove::FrameTransforms::of_state(time.into(), state),
-        )
+        let moved = self.frames.advance(time.into(), state);
+        let transforms = if std::mem::take(&mut self.is_all_due) {
+            self.frames.all(time.into())
+        } else {
+            moved
+        };
+        self.write(Topic::Tf, time, &foxglove::FrameTransforms { transforms })
     }
 
     fn map(&mut self, time_secs: f64, map: &OccupancyMap) -> Result<(), RecordingError> {

@@ -1,5 +1,7 @@
 //! Foxglove's well-known messages, as far as a recording uses them, made from ours.
 
+use std::collections::BTreeMap;
+
 use factotum_geometry::Pose;
 use factotum_geometry::frames::xyzw_from_quat;
 use factotum_geometry::sensing;
@@ -68,7 +70,7 @@ pub(super) struct Timestamp {
     pub(super) nsec: u32,
 }
 
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 struct Vector3 {
     x: f64,
     y: f64,
@@ -87,7 +89,7 @@ impl Vector3 {
     }
 }
 
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 struct Quaternion {
     x: f64,
     y: f64,
@@ -190,23 +192,7 @@ pub(super) struct FrameTransforms {
     pub(super) transforms: Vec<FrameTransform>,
 }
 
-impl FrameTransforms {
-    pub(super) fn of_state(timestamp: Timestamp, state: &wire::State) -> Self {
-        let base = wire::Pose::from_position_yaw([state.base.x, state.base.y, 0.0], state.base.yaw);
-        let bodies = state
-            .body_poses
-            .iter()
-            .filter(|body| body.name != ROBOT_FRAME)
-            .map(|body| FrameTransform::of_body(timestamp, &body.name, &body.pose));
-        Self {
-            transforms: bodies
-                .chain([FrameTransform::of_body(timestamp, ROBOT_FRAME, &base)])
-                .collect(),
-        }
-    }
-}
-
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub(super) struct FrameTransform {
     timestamp: Timestamp,
     parent_frame_id: &'static str,
@@ -215,16 +201,65 @@ pub(super) struct FrameTransform {
     rotation: Quaternion,
 }
 
-impl FrameTransform {
-    pub(super) fn of_body(timestamp: Timestamp, name: &str, world_from_body: &wire::Pose) -> Self {
-        Self {
+/// Where every frame is, so that only those that moved need to be written.
+#[derive(Debug, Default)]
+pub(super) struct Frames {
+    transforms: BTreeMap<String, FrameTransform>,
+}
+
+impl Frames {
+    /// Takes where a body is now and returns its transform if it is another than before.
+    pub(super) fn place(
+        &mut self,
+        timestamp: Timestamp,
+        name: &str,
+        world_from_body: &wire::Pose,
+    ) -> Option<FrameTransform> {
+        let transform = FrameTransform {
             timestamp,
             parent_frame_id: super::ROOT_FRAME,
             child_frame_id: name.to_owned(),
-            translation: Vector3::new(world_from_body.position),
-            rotation: Quaternion::new(world_from_body.orientation_xyzw),
-        }
+            translation: Vector3::new(world_from_body.position.map(rounded)),
+            rotation: Quaternion::new(world_from_body.orientation_xyzw.map(rounded)),
+        };
+        let before = self.transforms.insert(name.to_owned(), transform.clone());
+        let is_same = before.is_some_and(|before| {
+            before.translation == transform.translation && before.rotation == transform.rotation
+        });
+        (!is_same).then_some(transform)
     }
+
+    /// Takes a state and returns the transforms of what moved.
+    pub(super) fn advance(
+        &mut self,
+        timestamp: Timestamp,
+        state: &wire::State,
+    ) -> Vec<FrameTransform> {
+        let base = wire::Pose::from_position_yaw([state.base.x, state.base.y, 0.0], state.base.yaw);
+        let bodies = state
+            .body_poses
+            .iter()
+            .map(|body| (body.name.as_str(), &body.pose))
+            .filter(|(name, _)| *name != ROBOT_FRAME);
+        bodies
+            .chain([(ROBOT_FRAME, &base)])
+            .filter_map(|(name, pose)| self.place(timestamp, name, pose))
+            .collect()
+    }
+
+    /// All transforms as they are now.
+    pub(super) fn all(&self, timestamp: Timestamp) -> Vec<FrameTransform> {
+        let now = |transform: &FrameTransform| FrameTransform {
+            timestamp,
+            ..transform.clone()
+        };
+        self.transforms.values().map(now).collect()
+    }
+}
+
+/// A coordinate to a micrometre, or to a millionth: finer than anyone sees, and short as text.
+fn rounded(coordinate: f64) -> f64 {
+    (coordinate * 1e6).round() / 1e6
 }
 
 /// Foxglove's `NumericType`.
@@ -390,10 +425,10 @@ pub(super) struct SceneUpdate {
 #[derive(Debug, Serialize)]
 struct SceneEntityDeletion {
     timestamp: Timestamp,
-    /// 1: all entities of the topic.
+    /// 0: the one with this id; 1: all entities of the topic.
     #[serde(rename = "type")]
     deletion_type: u8,
-    id: &'static str,
+    id: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -481,8 +516,17 @@ struct Text {
 }
 
 impl SceneUpdate {
-    /// The bodies of a scene, each fixed to its frame; a later scene of the same source replaces the bodies by name.
-    pub(super) fn of_scene(timestamp: Timestamp, scene: &wire::Scene) -> Self {
+    /// The bodies of a scene, each fixed to its frame, in place of the bodies that its source showed before.
+    pub(super) fn of_scene(timestamp: Timestamp, scene: &wire::Scene, shown: &[String]) -> Self {
+        let is_gone = |name: &&String| !scene.bodies.iter().any(|body| body.name == **name);
+        let deletions = shown
+            .iter()
+            .filter(is_gone)
+            .map(|name| SceneEntityDeletion {
+                timestamp,
+                deletion_type: 0,
+                id: name.clone(),
+            });
         let entities = scene.bodies.iter().map(|body| {
             let mut entity = SceneEntity::empty(timestamp, &body.name, &body.name);
             entity.frame_locked = true;
@@ -495,7 +539,7 @@ impl SceneUpdate {
             entity
         });
         Self {
-            deletions: Vec::new(),
+            deletions: deletions.collect(),
             entities: entities.collect(),
         }
     }
@@ -559,7 +603,7 @@ impl SceneUpdate {
         let everything = SceneEntityDeletion {
             timestamp,
             deletion_type: 1,
-            id: "",
+            id: String::new(),
         };
         Self {
             deletions: vec![everything],

@@ -357,3 +357,52 @@ fn a_full_disk_is_named() {
     );
     assert!(error.to_string().contains("run.mcap"), "{error}");
 }
+
+#[test]
+fn only_what_moved_is_written_and_all_of_it_once_a_second() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("run.mcap");
+    let mut recording = Recording::create(&file, UtcTime::from_unix_secs(0)).unwrap();
+    let bodies = vec![body("bottle", vec![]), body("wall", vec![])];
+    let scene = Scene {
+        source: SceneSource::Home,
+        bodies,
+    };
+    recording.record(0.0, &ServerMessage::Scene(scene)).unwrap();
+    for tick in 0..30 {
+        recording
+            .record(0.0, &state(f64::from(tick) * 0.1))
+            .unwrap();
+    }
+    recording.finish().unwrap();
+    let n_frames: Vec<usize> = messages(&std::fs::read(&file).unwrap())["/tf"]
+        .iter()
+        .map(|message| message["transforms"].as_array().unwrap().len())
+        .collect();
+    let n_whole = n_frames.iter().filter(|n| **n == 3).count();
+    assert!(
+        (3..=5).contains(&n_whole),
+        "wall, bottle and base {n_whole} times in three seconds"
+    );
+    assert!(n_frames.iter().all(|n| [2, 3].contains(n)), "{n_frames:?}");
+}
+
+#[test]
+fn a_body_that_left_its_scene_is_taken_away() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("run.mcap");
+    let mut recording = Recording::create(&file, UtcTime::from_unix_secs(0)).unwrap();
+    for names in [&["bottle", "bin"][..], &["bin"][..]] {
+        let bodies = names.iter().map(|name| body(name, vec![])).collect();
+        let scene = Scene {
+            source: SceneSource::Belief,
+            bodies,
+        };
+        recording.record(0.0, &ServerMessage::Scene(scene)).unwrap();
+    }
+    recording.finish().unwrap();
+    let scenes = &messages(&std::fs::read(&file).unwrap())["/scene"];
+    assert_eq!(scenes[0]["deletions"], serde_json::json!([]));
+    assert_eq!(scenes[1]["deletions"][0]["id"], "bottle");
+    assert_eq!(scenes[1]["deletions"].as_array().unwrap().len(), 1);
+}
