@@ -13,34 +13,54 @@ use crate::workspace::{Dependencies, Workspace};
 const CRATES_IO: &str = "registry+https://github.com/rust-lang/crates.io-index";
 
 pub(crate) fn run(workspace: &Workspace) -> Result<()> {
-    if process::find_on_path("cargo-deny").is_some() {
-        return process::run(
-            &mut workspace.cargo(&["deny", "check", "licenses", "bans", "sources"]),
-        );
-    }
     let policy = Policy::read(
         &std::fs::read_to_string(workspace.path("deny.toml")).context("cannot read deny.toml")?,
     )?;
+    if process::find_on_path("cargo-deny").is_some() {
+        process::run(&mut workspace.cargo(&["deny", "check", "licenses", "bans", "sources"]))?;
+    } else {
+        check_crates(workspace, &policy)?;
+    }
+    check_page(workspace, &policy)
+}
+
+fn check_crates(workspace: &Workspace, policy: &Policy) -> Result<()> {
     let metadata = workspace.metadata(Dependencies::Resolved)?;
     let packages = metadata["packages"]
         .as_array()
         .context("`cargo metadata` lists no packages")?;
-    let problems: Vec<String> = packages
+    let problems = packages
         .iter()
         .filter_map(|package| policy.problem(package))
         .collect();
-    if !problems.is_empty() {
-        bail!(
-            "{} dependencies are not allowed:\n  {}",
-            problems.len(),
-            problems.join("\n  ")
-        );
-    }
+    none_of(problems)?;
     eprintln!(
-        "licences: {} packages are allowed by deny.toml (cargo-deny is not installed)",
+        "licences: {} crates are allowed by deny.toml (cargo-deny is not installed)",
         packages.len()
     );
     Ok(())
+}
+
+/// Checks the npm packages that the built page contains; those that only build it do not travel with it.
+fn check_page(workspace: &Workspace, policy: &Policy) -> Result<()> {
+    let Ok(lock) = std::fs::read_to_string(workspace.path("web/package-lock.json")) else {
+        return Ok(());
+    };
+    let lock: Value = serde_json::from_str(&lock).context("web/package-lock.json is not JSON")?;
+    none_of(policy.page_problems(&lock))?;
+    eprintln!("licences: the page's packages are allowed by deny.toml");
+    Ok(())
+}
+
+fn none_of(problems: Vec<String>) -> Result<()> {
+    if problems.is_empty() {
+        return Ok(());
+    }
+    bail!(
+        "{} dependencies are not allowed:\n  {}",
+        problems.len(),
+        problems.join("\n  ")
+    );
 }
 
 /// What `deny.toml` allows.
@@ -123,6 +143,20 @@ impl Policy {
         };
         (!Expression::new(expression).satisfied_by(&allowed))
             .then(|| format!("{what} is under {expression}"))
+    }
+
+    /// Packages of an npm lock file, the page's own aside, that are shipped and not allowed.
+    fn page_problems(&self, lock: &Value) -> Vec<String> {
+        let allowed = |licence: &str| self.licences.contains(licence);
+        let packages = lock["packages"].as_object().into_iter().flatten();
+        packages
+            .filter(|(place, package)| !place.is_empty() && package["dev"] != Value::Bool(true))
+            .filter_map(|(place, package)| {
+                let licence = package["license"].as_str().unwrap_or("no stated licence");
+                let is_allowed = Expression::new(licence).satisfied_by(&allowed);
+                (!is_allowed).then(|| format!("{place} is under {licence}"))
+            })
+            .collect()
     }
 }
 
@@ -264,6 +298,21 @@ mod tests {
         assert!(!is_allowed(
             &json!({"name": "a", "version": "1.0.0", "license": null, "source": CRATES_IO})
         ));
+    }
+
+    #[test]
+    fn only_what_the_page_ships_is_checked() {
+        let lock = json!({"packages": {
+            "": {"license": "MIT OR Apache-2.0"},
+            "node_modules/three": {"license": "MIT"},
+            "node_modules/shipped": {"license": "GPL-3.0-only"},
+            "node_modules/nameless": {},
+            "node_modules/builder": {"license": "MPL-2.0", "dev": true},
+        }});
+        let problems = Policy::read(POLICY).unwrap().page_problems(&lock);
+        assert_eq!(problems.len(), 2, "{problems:?}");
+        assert!(problems.iter().any(|problem| problem.contains("shipped")));
+        assert!(problems.iter().any(|problem| problem.contains("nameless")));
     }
 
     #[test]
