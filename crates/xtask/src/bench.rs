@@ -37,7 +37,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[String]) -> Result<()> {
         let package = format!("factotum-{}", folder.replace('_', "-"));
         process::run(
             workspace
-                .cargo(&["bench", "--package", &package, "--benches"])
+                .cargo(&["bench", "--package", &package, "--bench", "*"])
                 .args(rest),
         )?;
     }
