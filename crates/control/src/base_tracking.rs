@@ -19,7 +19,7 @@
 
 use factotum_geometry::Pose2;
 use factotum_geometry::frames::wrap_angle;
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Rotation2, Vector2, Vector3};
 
 use crate::ControlError;
 use crate::error::check_finite;
@@ -32,6 +32,9 @@ pub const BEHIND_MAX_M: f64 = 0.08;
 
 /// Time without progress after which the base counts as stuck, seconds.
 pub const STUCK_SECS: f64 = 3.0;
+
+/// Share of the acceleration limit that the speed profile uses; the rest is left to the feedback.
+const PROFILE_SHARE: f64 = 0.6;
 
 /// Feedback gain, 1/s.
 const FEEDBACK: f64 = 4.0;
@@ -66,7 +69,7 @@ impl BaseLimits {
     }
 
     /// `velocity` (base frame; m/s, m/s, rad/s), slowed to the limits and at most one step's acceleration away from
-    /// `before`.
+    /// `before`, the velocity of the step before. Acceleration is counted in a frame that does not turn with the base.
     pub fn limit(
         &self,
         velocity: Vector3<f64>,
@@ -77,13 +80,15 @@ impl BaseLimits {
         let yaw = velocity
             .z
             .clamp(-self.yaw_rate_max_rad_per_s, self.yaw_rate_max_rad_per_s);
+        let linear_before = Rotation2::new(-before.z * dt_secs) * before.xy();
         let linear_step = shorten(
-            linear - before.xy(),
+            linear - linear_before,
             self.acceleration_max_m_per_s2 * dt_secs,
         );
         let yaw_step_max = self.yaw_acceleration_max_rad_per_s2() * dt_secs;
         let yaw_step = (yaw - before.z).clamp(-yaw_step_max, yaw_step_max);
-        before + Vector3::new(linear_step.x, linear_step.y, yaw_step)
+        let linear = linear_before + linear_step;
+        Vector3::new(linear.x, linear.y, before.z + yaw_step)
     }
 }
 
@@ -202,7 +207,8 @@ impl BaseTracker {
             .zip(path)
             .filter_map(|(from, to)| segment(from, to, &limits))
             .collect();
-        let rate_slope = limits.acceleration_max_m_per_s2 / limits.velocity_max_m_per_s;
+        let rate_slope =
+            PROFILE_SHARE * limits.acceleration_max_m_per_s2 / limits.velocity_max_m_per_s;
         set_corner_rates(&mut segments, &limits, rate_slope);
         Ok(Self {
             segments,
@@ -368,11 +374,11 @@ fn set_corner_rates(segments: &mut [Segment], limits: &BaseLimits, rate_slope: f
     }
 }
 
-/// Rate at which a corner between two unit-rate velocities may be passed: a change of velocity Δv at acceleration a
-/// takes the base off its path by Δv² / 8a.
+/// Rate at which a corner between two unit-rate velocities may be passed: the base begins to change its velocity by Δv
+/// at the corner and, at acceleration a, has left the path by Δv² / 2a when it is done.
 fn corner_rate(a: &Vector3<f64>, b: &Vector3<f64>, limits: &BaseLimits) -> f64 {
     let jump = (b - a).norm();
-    let jump_max = (8.0 * limits.acceleration_max_m_per_s2 * CORNER_DEVIATION_M).sqrt();
+    let jump_max = (2.0 * limits.acceleration_max_m_per_s2 * CORNER_DEVIATION_M).sqrt();
     if jump > jump_max {
         jump_max / jump
     } else {

@@ -1,7 +1,7 @@
 //! Computed-torque tracking of joint targets.
 //!
 //! ```text
-//! τ = M(q) [q̈_d + kd (q̇_d - q̇) + kp (q_d - q)] + b(q, q̇) + i,   i̇ = ki M_ii (q_d - q),  |i| ≤ i_max
+//! τ = M(q) [q̈_d + kd (q̇_d - q̇) + kp (q_d - q)] + b(q, q̇) + i,   i̇ = ki M (q_d - q),  |i| ≤ i_max
 //! ```
 //!
 //! Source: Siciliano et al., "Robotics: Modelling, Planning and Control", Springer 2009, section 8.5.2 (inverse dynamics
@@ -122,7 +122,7 @@ impl JointTracker {
         check_finite("target velocities", target.velocities.iter())?;
         check_finite("target accelerations", target.accelerations.iter())?;
         let error = &target.positions - &arm.positions;
-        let step = arm.mass.diagonal().component_mul(&error) * (self.gains.ki * dt_secs);
+        let step = &arm.mass * &error * (self.gains.ki * dt_secs);
         self.integral = (&self.integral + step).zip_map(&self.integral_max, clip);
         let acceleration = &target.accelerations
             + (&target.velocities - &arm.velocities) * self.gains.kd

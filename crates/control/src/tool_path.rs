@@ -2,7 +2,7 @@
 //! [`ToolPath`](crate::robot::ToolPath).
 
 use factotum_geometry::Pose;
-use nalgebra::{UnitQuaternion, Vector6};
+use nalgebra::{UnitQuaternion, Vector3, Vector6};
 
 use crate::ControlError;
 use crate::impedance::{ToolTarget, rotation_error};
@@ -91,5 +91,49 @@ impl TimedPoses {
             ),
             velocity,
         }
+    }
+}
+
+/// Rate at which a [`TargetTrim`] grows with the error, 1/s.
+const TRIM_RATE: f64 = 2.0;
+
+/// Largest trim of the position, metres.
+const TRIM_MAX_M: f64 = 0.04;
+
+/// Largest trim of the rotation, radians.
+const TRIM_MAX_RAD: f64 = 0.25;
+
+/// A slow, bounded shift of the target that takes away what joint friction leaves of the error.
+///
+/// Eq. 3.1 has no integral term: at 150 1/s² the hand of a Jaco, whose apparent mass is below a kilogram, stops
+/// centimetres short of its target on the friction of its own gears. The bound keeps the compliance: against an
+/// obstacle the force grows by no more than `Λ_p kp` times 4 cm.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct TargetTrim {
+    position: Vector3<f64>,
+    rotation: Vector3<f64>,
+}
+
+impl TargetTrim {
+    /// The target, shifted.
+    pub fn apply(&self, target: &ToolTarget) -> ToolTarget {
+        let pose = &target.base_from_tcp;
+        ToolTarget {
+            base_from_tcp: Pose::from_parts(
+                (pose.translation.vector + self.position).into(),
+                UnitQuaternion::from_scaled_axis(self.rotation) * pose.rotation,
+            ),
+            velocity: target.velocity,
+        }
+    }
+
+    /// Grows with the error between where the tool is and the target as it was given.
+    pub fn update(&mut self, base_from_tcp: &Pose, target: &ToolTarget, dt_secs: f64) {
+        let wanted = &target.base_from_tcp;
+        let position = wanted.translation.vector - base_from_tcp.translation.vector;
+        let step = TRIM_RATE * dt_secs;
+        self.position = (self.position + position * step).cap_magnitude(TRIM_MAX_M);
+        self.rotation = (self.rotation + rotation_error(base_from_tcp, wanted) * step)
+            .cap_magnitude(TRIM_MAX_RAD);
     }
 }

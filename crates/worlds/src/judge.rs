@@ -136,3 +136,57 @@ fn absent(name: &str) -> Verdict {
         measured: format!("this home has no `{name}`"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use factotum_control::Robot as _;
+    use factotum_descriptions::RobotDescription;
+    use factotum_geometry::Pose;
+
+    use crate::{HomeScene, Noise, SimRobot, WorldConfig};
+
+    fn household() -> SimRobot {
+        let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets");
+        let config = WorldConfig {
+            robot: RobotDescription::load(&assets.join("robots/movo")).unwrap(),
+            scene: HomeScene::load(&assets.join("scenes/household")).unwrap(),
+            seed: 4,
+            noise: Noise::none(),
+            fault: None,
+        };
+        SimRobot::new(config).unwrap()
+    }
+
+    #[test]
+    fn a_bottle_at_rest_in_the_bin_counts_and_a_flying_one_does_not() {
+        let mut robot = household();
+        let (assembly, state) = robot.physics_mut();
+        let bin = state.world_from_body(assembly.object("bin_1").unwrap().root);
+        let bottle = assembly.object("bottle_1").unwrap().root;
+        let above = bin * Pose::translation(0.02, 0.0, 0.1);
+        state.set_free_body_pose(bottle, &above).unwrap();
+        robot.wait(0.1).unwrap();
+        let falling = robot.judge().achieved("throw-away-bottle").unwrap();
+        assert!(!falling.achieved, "{}", falling.measured);
+        robot.wait(3.0).unwrap();
+        let resting = robot.judge().achieved("throw-away-bottle").unwrap();
+        assert!(resting.achieved, "{}", resting.measured);
+    }
+
+    #[test]
+    fn a_switch_that_is_down_and_a_lever_that_is_shut_count() {
+        let mut robot = household();
+        let (assembly, state) = robot.physics_mut();
+        let toggle = assembly.object("light_switch_1").unwrap().joints["toggle"];
+        let handle = assembly.object("faucet_1").unwrap().joints["handle"];
+        state.set_joint_position(toggle, -0.4);
+        state.set_joint_position(handle, 0.02);
+        robot.wait(0.5).unwrap();
+        for chore in ["turn-light-off", "close-faucet"] {
+            let verdict = robot.judge().achieved(chore).unwrap();
+            assert!(verdict.achieved, "{chore}: {}", verdict.measured);
+        }
+    }
+}

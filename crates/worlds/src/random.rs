@@ -29,9 +29,5 @@ pub(crate) fn normal(rng: &mut impl Rng, deviation: f64) -> f64 {
 
 /// A draw from `[-half, half]`.
 pub(crate) fn symmetric(rng: &mut impl Rng, half: f64) -> f64 {
-    if half > 0.0 {
-        rng.random_range(-half..=half)
-    } else {
-        0.0
-    }
+    half * rng.random_range(-1.0..=1.0)
 }

@@ -273,16 +273,26 @@ impl HomeScene {
         self
     }
 
+    /// The same home with the robot starting at a pose.
+    #[must_use]
+    pub fn with_start(mut self, world_from_base: Pose2) -> Self {
+        let (place, yaw) = (
+            world_from_base.translation,
+            world_from_base.rotation.angle(),
+        );
+        self.start = StartRegion {
+            x: [place.x; 2],
+            y: [place.y; 2],
+            yaw: [yaw; 2],
+        };
+        self
+    }
+
     /// Draws where everything is.
     pub fn draw(&self, rng: &mut impl Rng) -> Placed {
         let start = &self.start;
-        let mut uniform = |[low, high]: [f64; 2]| {
-            if low < high {
-                rng.random_range(low..=high)
-            } else {
-                low
-            }
-        };
+        // One draw per interval, whatever its width, so that another start does not move the objects.
+        let mut uniform = |[low, high]: [f64; 2]| low + (high - low) * rng.random_range(0.0..1.0);
         let (x, y) = (uniform(start.x), uniform(start.y));
         let world_from_base = Pose2::new(Vector2::new(x, y), uniform(start.yaw));
         let objects = self.objects.iter().map(|object| object.draw(rng)).collect();

@@ -332,6 +332,12 @@ impl SimRobot {
         Ok(())
     }
 
+    /// The physics, for tests that must bring about what they judge.
+    #[cfg(test)]
+    pub(crate) fn physics_mut(&mut self) -> (&Assembly, &mut State) {
+        (&self.assembly, &mut self.state)
+    }
+
     fn readings(&self) -> Readings {
         let robot = &self.assembly.robot;
         let state = &self.state;

@@ -2,8 +2,8 @@
 
 use factotum_control::impedance::{OperationalSpace, Posture, impedance_torques_in};
 use factotum_control::joint_tracking::{JointGains, JointTarget, JointTracker};
-use factotum_control::safety::SafetyEnvelope;
-use factotum_control::tool_path::TimedPoses;
+use factotum_control::safety::{SafetyEnvelope, Zone};
+use factotum_control::tool_path::{TargetTrim, TimedPoses};
 use factotum_control::torque_limit::TorqueLimiter;
 use factotum_control::wrench_estimate::WrenchEstimate;
 use factotum_control::{ArmState, ControlError, Impedance, MotionId, MotionStatus};
@@ -92,6 +92,8 @@ pub(crate) struct ArmControl {
     pub(crate) wrench: WrenchEstimate,
     pub(crate) hold: DVector<f64>,
     pub(crate) motion: Option<ArmMotion>,
+    /// Correction of the tool motion under way.
+    pub(crate) trim: TargetTrim,
     envelope: SafetyEnvelope,
 }
 
@@ -110,6 +112,7 @@ impl ArmControl {
             wrench: WrenchEstimate::new(positions.len()),
             hold: DVector::from_row_slice(positions),
             motion: None,
+            trim: TargetTrim::default(),
             envelope,
         })
     }
@@ -150,7 +153,7 @@ impl ArmControl {
                 dt_secs,
             )?,
             ArmMotion::Tool { .. } => {
-                let (torques, status) = self.follow_tool(now_secs, &motion, arm)?;
+                let (torques, status) = self.follow_tool(now_secs, &motion, arm, dt_secs)?;
                 (torques, None, status)
             }
         };
@@ -264,10 +267,11 @@ impl ArmControl {
     }
 
     fn follow_tool(
-        &self,
+        &mut self,
         now_secs: f64,
         motion: &ArmMotion,
         arm: &ArmState,
+        dt_secs: f64,
     ) -> Result<(DVector<f64>, MotionStatus), ControlError> {
         let ArmMotion::Tool {
             start_secs,
@@ -286,8 +290,10 @@ impl ArmControl {
         let target = path.sample(time_secs);
         let space = OperationalSpace::of(arm)?;
         let gains = self.envelope.cap(*impedance);
-        let task = impedance_torques_in(&space, arm, &target, &gains, Some(posture))?;
-        let (torques, _zone) = self.envelope.guard(arm, &space, task)?;
+        self.trim.update(&arm.base_from_tcp, &target, dt_secs);
+        let trimmed = self.trim.apply(&target);
+        let task = impedance_torques_in(&space, arm, &trimmed, &gains, Some(posture))?;
+        let (torques, zone) = self.envelope.guard(arm, &space, task)?;
 
         let error =
             (target.base_from_tcp.translation.vector - arm.base_from_tcp.translation.vector).norm();
@@ -313,8 +319,15 @@ impl ArmControl {
             } else if over_secs < SETTLE_SECS {
                 MotionStatus::Active
             } else {
+                let why = match &zone {
+                    Zone::Free => String::new(),
+                    Zone::NullSpace(joints) | Zone::PushBack(joints) => joints
+                        .first()
+                        .map(|joint| format!(": arm joint {} is at its limit", joint + 1))
+                        .unwrap_or_default(),
+                };
                 MotionStatus::Aborted(format!(
-                    "the tool stopped {:.0} mm short of its goal",
+                    "the tool stopped {:.0} mm short of its goal{why}",
                     error * 1e3
                 ))
             };

@@ -2,7 +2,7 @@
 
 use factotum_control::base_tracking::BaseTracker;
 use factotum_control::impedance::Posture;
-use factotum_control::tool_path::TimedPoses;
+use factotum_control::tool_path::{TargetTrim, TimedPoses};
 use factotum_control::{
     BasePath, BaseTwist, Command, GripperGoal, MotionId, MotionStatus, RobotError, ToolPath,
 };
@@ -203,6 +203,7 @@ impl SimRobot {
             return refused(format!("the tool path starts {off:.3} m from the tool"));
         }
         let preempted = self.preempt_arm(&readings.arm_positions, readings.lift_m);
+        self.live.arm.trim = TargetTrim::default();
         self.live.arm.motion = Some(ArmMotion::Tool {
             id,
             start_secs: self.state.time_secs(),

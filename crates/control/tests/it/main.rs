@@ -1,0 +1,11 @@
+//! The control laws on small arms in physics, and as pure functions.
+
+mod base_tracking;
+mod gripper;
+mod impedance;
+mod joint_tracking;
+mod safety;
+mod snake;
+mod tool_path;
+mod torque_limit;
+mod wrench_estimate;

@@ -1,0 +1,80 @@
+//! Scene files: the household is sound, and nonsense is refused by name.
+
+use std::path::Path;
+
+use factotum_worlds::{HomeScene, SimRobot};
+
+use crate::fixture::{assets, config};
+
+#[test]
+fn seeds_draw_different_homes_that_load() {
+    let mut places = Vec::new();
+    for seed in 0..4 {
+        let robot = SimRobot::new(config(seed)).unwrap();
+        let bottle = robot.world_from_object("bottle_1").unwrap();
+        // On the table, upright, after coming to rest.
+        assert!(
+            (bottle.translation.z - 0.75).abs() < 2e-3,
+            "seed {seed}: {bottle}"
+        );
+        assert!((bottle.rotation * nalgebra::Vector3::z()).z > 0.999);
+        places.push(bottle.translation.vector);
+    }
+    for (i, a) in places.iter().enumerate() {
+        assert!(places[..i].iter().all(|b| (a - b).norm() > 1e-3));
+    }
+}
+
+/// Writes the household's file with one change, beside nothing else.
+fn error_of(from: &str, to: &str) -> String {
+    let dir = tempfile::tempdir().unwrap();
+    let objects = std::path::absolute(assets().join("objects")).unwrap();
+    let text = std::fs::read_to_string(assets().join("scenes/household/scene.toml")).unwrap();
+    assert!(text.contains(from), "the household has no `{from}`");
+    let text = format!(
+        "objects_dir = \"{}\"\n{}",
+        objects.display(),
+        text.replacen(from, to, 1)
+    );
+    let path = dir.path().join("scene.toml");
+    std::fs::write(&path, text).unwrap();
+    let error = HomeScene::load(dir.path()).unwrap_err().to_string();
+    error.replace(&path.display().to_string(), "scene.toml")
+}
+
+#[test]
+fn errors_name_file_field_found_and_wanted() {
+    assert_eq!(
+        error_of(
+            "class = \"bottle\"\naction = \"throw_away\"",
+            "class = \"bottel\"\naction = \"throw_away\""
+        ),
+        "`scene.toml`: `chores.throw-away-bottle.class` is `bottel`, expected one of `bin`, `bottle`, `door`, \
+         `drawer`, `faucet`, `light_switch`, `microwave`; did you mean `bottle`?"
+    );
+    let error = error_of("spread_yaw = 3.1415927", "spread_jaw = 3.1415927");
+    assert!(
+        error.contains("unknown key `spread_jaw`; did you mean `spread_yaw`?"),
+        "{error}"
+    );
+    let error = error_of("container = \"bin_1\"", "container = \"bin_2\"");
+    assert!(
+        error.contains("`chores.throw-away-bottle.judge.container` is `bin_2`"),
+        "{error}"
+    );
+    let error = error_of("x = [3.0, 3.7]", "x = [3.7, 3.0]");
+    assert!(
+        error.contains("`robot_start.x` is [3.7, 3], expected two numbers, the smaller first"),
+        "{error}"
+    );
+    let error = error_of("toggle = [0.40, 0.40]", "togle = [0.40, 0.40]");
+    assert!(error.contains("did you mean `toggle`?"), "{error}");
+}
+
+#[test]
+fn a_missing_scene_is_named() {
+    let error = HomeScene::load(Path::new("no/such/home"))
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("no/such/home"), "{error}");
+}
