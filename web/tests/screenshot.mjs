@@ -47,7 +47,7 @@ try {
       }
     });
     page.on("pageerror", (error) => console.error(`page: ${error.message}`));
-    await page.goto(url);
+    await page.goto(`${url}#sharp`);
     await untilDrawn(page);
     for (const key of values.keys) {
       await page.keyboard.press(key);

@@ -83,7 +83,7 @@ export class Labels {
       const { style } = label.node;
       style.visibility = label.shown ? "visible" : "hidden";
       if (label.shown) {
-        style.transform = `translate(${label.left.toFixed(1)}px, ${label.top.toFixed(1)}px)`;
+        style.transform = `translate(${Math.round(label.left)}px, ${Math.round(label.top)}px)`;
       }
     });
   }

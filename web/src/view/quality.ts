@@ -1,4 +1,5 @@
-// Gives up sharpness for smoothness where the machine cannot have both.
+// Gives up sharpness for smoothness where the machine cannot have both, unless the address ends in
+// `#sharp`, as it does for pictures.
 
 /** Slower than this, turning the view feels sticky. */
 const FRAME_SLOW_MILLIS = 45;
@@ -6,6 +7,7 @@ const FRAMES_JUDGED = 20;
 const PIXEL_RATIO_MAX = 2;
 const PIXEL_RATIO_MIN = 0.75;
 const STEP = 0.75;
+const SHARP = "#sharp";
 
 export class Quality {
   pixelRatio = Math.min(window.devicePixelRatio, PIXEL_RATIO_MAX);
@@ -14,6 +16,9 @@ export class Quality {
 
   /** Notes the time since the frame before, both having been drawn; true when it has changed. */
   note(frameMillis: number): boolean {
+    if (window.location.hash === SHARP) {
+      return false;
+    }
     this.sumMillis += frameMillis;
     this.n_frames += 1;
     if (this.n_frames < FRAMES_JUDGED) {

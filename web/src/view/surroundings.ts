@@ -19,15 +19,19 @@ import {
 import type { Theme } from "./theme";
 
 const SUN_DIRECTION = new Vector3(0.34, 1, 0.5).normalize();
+/** Intensities by day, together just short of what would wash out a white floor. */
+const SKY = 1.75;
+const SUN = 1.45;
+const FILL = 0.3;
 const SHADOW_PX = 2048;
 const GROUND_M = 120;
 const GRID_M = 60;
 
 export class Surroundings {
   readonly root = new Group();
-  private readonly sky = new HemisphereLight(0xffffff, 0xffffff, 1.75);
-  private readonly sun = new DirectionalLight(0xfff4e4, 1.45);
-  private readonly fill = new DirectionalLight(0xdfeaff, 0.3);
+  private readonly sky = new HemisphereLight();
+  private readonly sun = new DirectionalLight(0xfff4e4);
+  private readonly fill = new DirectionalLight(0xdfeaff);
   private readonly shadows = new ShadowMaterial();
   private grid: GridHelper | null = null;
 
@@ -67,6 +71,9 @@ export class Surroundings {
     const background = new Color(theme.background);
     this.scene.background = background;
     this.scene.fog = new Fog(background, 22, 60);
+    this.sky.intensity = SKY * theme.light;
+    this.sun.intensity = SUN * theme.light;
+    this.fill.intensity = FILL * theme.light;
     this.sky.color.set(theme.sky);
     this.sky.groundColor.set(theme.ground);
     this.shadows.opacity = theme.shadowOpacity;

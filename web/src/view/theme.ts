@@ -8,6 +8,8 @@ export interface Theme {
   readonly edge: number;
   readonly edgeOpacity: number;
   readonly shadowOpacity: number;
+  /** How bright the lights are, 1 being day. */
+  readonly light: number;
   readonly sky: number;
   readonly ground: number;
   readonly accent: number;
@@ -26,6 +28,7 @@ const LIGHT: Theme = {
   edge: 0x24303a,
   edgeOpacity: 0.22,
   shadowOpacity: 0.22,
+  light: 1,
   sky: 0xffffff,
   ground: 0xcfc8bd,
   accent: 0x0072b2,
@@ -41,6 +44,7 @@ const DARK: Theme = {
   edge: 0x000000,
   edgeOpacity: 0.35,
   shadowOpacity: 0.5,
+  light: 0.68,
   sky: 0xdfe8f0,
   ground: 0x4c4a48,
   accent: 0x56b4e9,

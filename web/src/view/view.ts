@@ -86,6 +86,8 @@ export class View {
     const { store } = this;
     store.watch(["scenes"], () => {
       this.bodies.show(store.get("scenes"));
+      // New bodies stand where their scene has them, until the state is applied to them too.
+      this.live = null;
       this.world.updateMatrixWorld(true);
       const box = new Box3().setFromObject(this.bodies.root);
       this.surroundings.fit(box);
