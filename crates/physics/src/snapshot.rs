@@ -13,8 +13,14 @@ use crate::state::State;
 /// mocap poses, and the solver's warm start. Stepping from a restored state gives the same bits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
-    model_name: String,
+    model: String,
     values: Vec<f64>,
+}
+
+/// What tells models apart: the name, and MuJoCo's hash of the structure, which is the same whenever
+/// the same files are compiled.
+fn identity(model: &Model) -> String {
+    format!("{} ({:016x})", model.name(), model.tables().signature)
 }
 
 impl Snapshot {
@@ -37,7 +43,7 @@ impl Snapshot {
             });
         }
         Ok(Self {
-            model_name: model.name().to_owned(),
+            model: identity(model),
             values,
         })
     }
@@ -75,7 +81,7 @@ impl State {
             values.fill(f64::NAN);
         }
         Snapshot {
-            model_name: self.model().name().to_owned(),
+            model: identity(self.model()),
             values,
         }
     }
@@ -88,10 +94,11 @@ impl State {
     /// [`PhysicsError::Discarded`].
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), PhysicsError> {
         self.usable()?;
-        if snapshot.model_name != self.model().name() {
+        let own = identity(self.model());
+        if snapshot.model != own {
             return Err(PhysicsError::SnapshotModel {
-                found: snapshot.model_name.clone(),
-                expected: self.model().name().to_owned(),
+                found: snapshot.model.clone(),
+                expected: own,
             });
         }
         let expected = size(self.model());

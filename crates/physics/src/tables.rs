@@ -82,6 +82,8 @@ pub(crate) struct Sensor {
 #[derive(Debug)]
 pub(crate) struct Tables {
     pub(crate) model_name: String,
+    /// MuJoCo's hash of the structure.
+    pub(crate) signature: u64,
     pub(crate) n_q: usize,
     pub(crate) n_v: usize,
     pub(crate) n_u: usize,
@@ -162,6 +164,7 @@ impl Tables {
         };
         Ok(Self {
             model_name: names.at(0),
+            signature: raw.signature,
             n_q: size(raw.nq),
             n_v: size(raw.nv),
             n_u: size(raw.nu),

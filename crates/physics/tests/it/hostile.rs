@@ -40,11 +40,6 @@ fn mangled(text: &str, edits: &[(prop::sample::Index, prop::sample::Index, u8, S
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        cases: std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(200),
-        ..ProptestConfig::default()
-    })]
-
     #[test]
     fn a_mangled_model_never_ends_the_process(
         edits in prop::collection::vec(

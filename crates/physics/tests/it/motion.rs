@@ -306,6 +306,17 @@ fn foreign_snapshots_are_refused() -> Result<(), PhysicsError> {
         matches!(error, PhysicsError::SnapshotModel { .. }),
         "{error:?}"
     );
+    // The same name is not the same model; the same text is.
+    let longer = ARM_AND_BALL.replace(
+        "</worldbody>",
+        "<body><freejoint/><geom size='1'/></body></worldbody>",
+    );
+    let error = state.restore(&State::new(&Model::from_mjcf_str(&longer)?)?.snapshot());
+    assert!(
+        matches!(error, Err(PhysicsError::SnapshotModel { .. })),
+        "{error:?}"
+    );
+    state.restore(&State::new(&Model::from_mjcf_str(ARM_AND_BALL)?)?.snapshot())?;
     let values = state.snapshot().values().to_vec();
     let again = factotum_physics::Snapshot::from_values(&arm, values.clone())?;
     state.restore(&again)?;
