@@ -53,6 +53,8 @@ pub struct StepView {
     pub kind: StepKind,
     /// How it goes.
     pub state: StepState,
+    /// How often it was tried.
+    pub attempts: usize,
     /// Why it failed or was skipped.
     pub reason: Option<String>,
 }

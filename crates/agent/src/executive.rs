@@ -76,6 +76,11 @@ impl<'a> Executive<'a> {
         &self.aosm
     }
 
+    /// Ends the executive and hands back what it believes.
+    pub fn into_aosm(self) -> Aosm {
+        self.aosm
+    }
+
     /// The topological graph as last grounded.
     pub fn graph(&self) -> &TopologicalGraph {
         &self.graph

@@ -23,6 +23,7 @@ impl Executive<'_> {
             args: args.to_vec(),
             kind,
             state: StepState::Pending,
+            attempts: 0,
             reason: None,
         };
         self.steps = plan
@@ -45,6 +46,7 @@ impl Executive<'_> {
         reason: Option<String>,
     ) -> Result<(), AgentError> {
         if let Some(step) = self.steps.get_mut(index) {
+            step.attempts += usize::from(state == StepState::Running);
             step.state = state;
             step.reason = reason;
         }

@@ -1,1 +1,87 @@
-fn main() {}
+//! `factotum`: a mobile manipulator's household chores, from the command line.
+//!
+//! Exit codes: 0 done, 1 ran with a negative answer (no plan, chore not achieved), 2 usage or bad input, 3 internal
+//! fault. With `--json` one JSON document goes to standard output and every message to standard error.
+
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line program")]
+
+mod assets;
+mod console;
+mod doctor;
+mod home;
+mod map;
+mod plan;
+mod robot;
+mod run;
+mod watch;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::console::{Answer, Console, UsageError};
+
+/// Gives a mobile manipulator the abstractions it needs to work in a home.
+#[derive(Debug, Parser)]
+#[command(name = "factotum", version, propagate_version = true, after_help = EXAMPLES)]
+struct Cli {
+    /// Print one JSON document on standard output; messages go to standard error.
+    #[arg(long, global = true)]
+    json: bool,
+    /// Say less: errors only.
+    #[arg(short, long, global = true)]
+    quiet: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  factotum run                                       watch a robot do three chores in a simulated home
+  factotum run --headless --goal turn-light-off      one chore, no page
+  factotum plan domain.pddl problem.pddl             task planning alone
+  factotum map import map.yaml --out home            a home folder from a ROS map_server map
+  factotum robot check my-robot/                     is my robot.toml right?
+  factotum doctor                                    what is installed, what is missing
+
+Exit codes: 0 done, 1 negative answer, 2 usage or bad input, 3 internal fault.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Do chores in a simulated home: map it, plan, act, and be judged by physics.
+    Run(run::RunArgs),
+    /// Plan with a PDDL domain and problem.
+    Plan(plan::PlanArgs),
+    /// Look at a home folder.
+    #[command(subcommand)]
+    Home(home::HomeCommand),
+    /// Occupancy grids: import and export.
+    #[command(subcommand)]
+    Map(map::MapCommand),
+    /// Check a robot of your own.
+    #[command(subcommand)]
+    Robot(robot::RobotCommand),
+    /// Say what is installed, what is missing, and how to get it.
+    Doctor,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let console = Console::new(cli.json, cli.quiet);
+    let answer = match &cli.command {
+        Command::Run(args) => run::run(args, &console),
+        Command::Plan(args) => plan::plan(args, &console),
+        Command::Home(command) => home::home(command, &console),
+        Command::Map(command) => map::map(command, &console),
+        Command::Robot(command) => robot::robot(command, &console),
+        Command::Doctor => doctor::doctor(&console),
+    };
+    match answer {
+        Ok(Answer::Yes) => ExitCode::SUCCESS,
+        Ok(Answer::No) => ExitCode::from(1),
+        Err(error) => {
+            console.error(&error);
+            ExitCode::from(if error.downcast_ref::<UsageError>().is_some() { 2 } else { 3 })
+        }
+    }
+}

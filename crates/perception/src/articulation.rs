@@ -5,6 +5,7 @@
 //! that strangers do not pull. It is sampled over the joint's range and refined by golden section around
 //! the best sample.
 
+use crate::detect::spread;
 use factotum_descriptions::ObjectJoint;
 use factotum_geometry::Pose;
 use factotum_geometry::cloud::{NearestPoints, PointCloud};
@@ -27,6 +28,8 @@ pub struct ArticulationParams {
     pub n_samples: usize,
     /// Fewest points to say anything.
     pub n_points_min: usize,
+    /// Most points that are used, spread over those given.
+    pub n_points_max: usize,
     /// Least ratio of the worst to the best cost over the range; less means the points do not tell.
     pub contrast_min: f64,
 }
@@ -37,6 +40,7 @@ impl Default for ArticulationParams {
             outlier_m: 0.05,
             n_samples: 61,
             n_points_min: 10,
+            n_points_max: 400,
             contrast_min: 1.5,
         }
     }
@@ -51,7 +55,7 @@ pub struct JointEstimate {
     pub rms_m: f64,
     /// How much worse the worst position of the range fits than this one, as a ratio of mean squares.
     pub contrast: f64,
-    /// Points that lie on the moving link rather than the fixed one.
+    /// Points used that lie on the moving link rather than the fixed one.
     pub n_moving_points: usize,
 }
 
@@ -144,9 +148,13 @@ impl ArticulatedModel {
         params: &ArticulationParams,
     ) -> Result<JointEstimate, ArticulationError> {
         let object_from_frame = frame_from_object.inverse();
-        let seen: Vec<Seen> = points
+        let finite: Vec<Point3<f64>> = points
             .iter()
             .filter(|p| p.iter().all(|v| v.is_finite()))
+            .copied()
+            .collect();
+        let seen: Vec<Seen> = spread(&finite, params.n_points_max)
+            .iter()
             .map(|p| {
                 let in_object = object_from_frame * p;
                 let fixed_m2 = self

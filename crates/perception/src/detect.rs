@@ -127,6 +127,7 @@ struct Fit {
 }
 
 /// One instance's points and what the camera saw around it.
+#[derive(Clone)]
 struct View<'a> {
     frame: &'a DepthFrame,
     points: Vec<Point3<f64>>,
@@ -209,11 +210,7 @@ impl Detector {
         if view.points.len() < self.params.n_points_min {
             return None;
         }
-        let starts = starts(model, &view, self.params.n_yaw_starts);
-        let best = starts
-            .into_iter()
-            .filter_map(|turn| self.fit(model, &view, turn))
-            .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        let best = self.best_fit(model, &view)?;
         (best.fitness >= self.params.fitness_min).then(|| Detection {
             class: model.name.clone(),
             label,
@@ -227,15 +224,45 @@ impl Detector {
         })
     }
 
-    /// The model refined from one orientation.
-    fn fit(&self, model: &ClassModel, view: &View<'_>, turn: UnitQuaternion<f64>) -> Option<Fit> {
-        let mut base_from_object = start_pose(model, view, turn)?;
-        // Coarse, then fine; each time onto the surface that faces the camera from there.
-        for reach in [8.0, 3.0, 1.5] {
+    /// The best of all starts: each is tried on few points, the most promising on all.
+    fn best_fit(&self, model: &ClassModel, view: &View<'_>) -> Option<Fit> {
+        /// Points for the first look at a start.
+        const N_POINTS_ROUGH: usize = 80;
+        /// Starts that are looked at closely.
+        const N_CLOSE: usize = 4;
+        let starts = starts(model, view, self.params.n_yaw_starts);
+        let rough = View {
+            points: spread(&view.points, N_POINTS_ROUGH),
+            ..*view
+        };
+        let mut tried: Vec<Fit> = starts
+            .into_iter()
+            .filter_map(|turn| start_pose(model, &rough, turn))
+            .filter_map(|start| self.fit(model, &rough, start, &[8.0, 3.0]))
+            .collect();
+        // Stable: of equal fits the earlier start comes first.
+        tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        distinct(tried, N_CLOSE)
+            .iter()
+            .filter_map(|fit| self.fit(model, view, fit.base_from_object, &[3.0, 1.5]))
+            .min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+
+    /// The model refined from one pose, with pairs up to each of `reaches` outlier distances apart, each time
+    /// onto the surface that faces the camera from there.
+    fn fit(
+        &self,
+        model: &ClassModel,
+        view: &View<'_>,
+        start: Pose,
+        reaches: &[f64],
+    ) -> Option<Fit> {
+        let mut base_from_object = start;
+        for reach in reaches {
             let visible = visible_surface(model, view, &base_from_object);
             let target = IcpTarget::new(&visible).ok()?;
             let params = IcpParams {
-                n_iterations_max: 20,
+                n_iterations_max: 15,
                 pair_distance_max_m: reach * self.params.outlier_m,
                 n_pairs_min: self.params.n_points_min.min(view.points.len()) / 2 + 1,
                 step_translation_m: 1e-5,
@@ -243,11 +270,10 @@ impl Detector {
                 freedom: freedom(model),
                 ..IcpParams::default()
             };
-            let object_from_base = base_from_object.inverse();
-            match target.register(&view.points, &object_from_base, &params) {
-                Ok(result) => base_from_object = result.target_from_source.inverse(),
-                Err(_) if reach > 2.0 => {} // a start too far off may still meet at the next width
-                Err(_) => return None,
+            // A start too far off stays as it is; its cost will tell.
+            if let Ok(result) = target.register(&view.points, &base_from_object.inverse(), &params)
+            {
+                base_from_object = result.target_from_source.inverse();
             }
         }
         self.judge(model, view, base_from_object)
@@ -289,6 +315,24 @@ impl Detector {
             cost: truncated / (n * outlier_m2) + seen_through,
         })
     }
+}
+
+/// The first `n_max` fits that are not the same pose again.
+fn distinct(fits: Vec<Fit>, n_max: usize) -> Vec<Fit> {
+    /// Fits nearer than this end in the same minimum (m, rad).
+    const SAME_M: f64 = 0.02;
+    const SAME_RAD: f64 = 0.2;
+    let mut kept: Vec<Fit> = Vec::new();
+    for fit in fits {
+        let is_new = kept.iter().all(|other| {
+            let apart = other.base_from_object.inverse() * fit.base_from_object;
+            apart.translation.vector.norm() > SAME_M || apart.rotation.angle() > SAME_RAD
+        });
+        if is_new && kept.len() < n_max {
+            kept.push(fit);
+        }
+    }
+    kept
 }
 
 fn freedom(model: &ClassModel) -> IcpFreedom {
@@ -436,13 +480,43 @@ fn sample_spacing_m2(model: &ClassModel) -> f64 {
     area_m2 / model.surface.len() as f64
 }
 
-/// At most `n_max` points of a cloud, spread evenly over its order.
+/// At most `n_max` points of a cloud.
 fn evenly(cloud: &PointCloud, n_max: usize) -> PointCloud {
     if cloud.len() <= n_max {
-        return cloud.clone();
+        cloud.clone()
+    } else {
+        cloud.select(&spread_indices(cloud.len(), n_max))
     }
-    let indices: Vec<usize> = (0..n_max).map(|i| i * cloud.len() / n_max).collect();
-    cloud.select(&indices)
+}
+
+/// At most `n_max` of the points.
+pub(crate) fn spread(points: &[Point3<f64>], n_max: usize) -> Vec<Point3<f64>> {
+    spread_indices(points.len(), n_max)
+        .into_iter()
+        .map(|i| points[i])
+        .collect()
+}
+
+/// `n_max` of the indices below `n` (all, if there are not more), in order, spread without a period that
+/// could fall in step with rows of samples: the first of the golden-ratio sequence.
+fn spread_indices(n: usize, n_max: usize) -> Vec<usize> {
+    if n <= n_max {
+        return (0..n).collect();
+    }
+    let gcd = |mut a: usize, mut b: usize| {
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    // A stride prime to n visits every index once.
+    let near_golden = (n as f64 * 0.618_033_988_75) as usize;
+    let stride = (near_golden.max(1)..n)
+        .find(|&stride| gcd(stride, n) == 1)
+        .unwrap_or(1);
+    let mut indices: Vec<usize> = (0..n_max).map(|i| i * stride % n).collect();
+    indices.sort_unstable();
+    indices
 }
 
 /// The points without those that depth noise at the object's edge threw far behind or before it: kept are

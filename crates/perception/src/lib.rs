@@ -9,12 +9,14 @@
 //! | [`detect`] | a segmented depth image and class models | object poses |
 //! | [`object_tracker`] | detections over time | objects in the map |
 //! | [`visibility`] | a depth image and an object's pose | whether it should be seen, and is |
+//! | [`class_surface`] | a class's model τ | what detection and joint estimation compare with |
 //! | [`articulation`] | points of an articulated object | its joint position |
 //! | [`home_cloud`] | depth images | the home's point cloud |
 //!
 //! Frames: `map` is the map's, `odom` the drifting frame of wheel odometry, `base` the robot's (REP-105).
 
 pub mod articulation;
+pub mod class_surface;
 pub mod detect;
 pub mod home_cloud;
 mod likelihood;
@@ -29,3 +31,5 @@ pub use factotum_geometry::sensing;
 
 #[cfg(test)]
 mod test_home;
+#[cfg(test)]
+mod test_scene;

@@ -124,26 +124,26 @@ impl LikelihoodField {
 
 /// The level above: each value the maximum of four values `reach` cells apart.
 fn doubled(below: &Level, reach: usize) -> Level {
+    // In padded places, value i of the level above covers values i - reach and i of the one below. Zeros
+    // outside are the least likelihood, so they need not be looked at.
     let (width, height) = (below.width + reach, below.height + reach);
-    let pad = below.pad + reach as i32;
-    let mut values = Vec::with_capacity(width * height);
-    for row in 0..height as i32 {
-        for column in 0..width as i32 {
-            let (c, r) = (column - pad, row - pad);
-            let step = reach as i32;
-            values.push(
-                below
-                    .at(c, r)
-                    .max(below.at(c + step, r))
-                    .max(below.at(c, r + step))
-                    .max(below.at(c + step, r + step)),
-            );
+    let mut values = vec![0.0; width * height];
+    let raise = |into: &mut [f32], from: &[f32]| {
+        into.iter_mut()
+            .zip(from)
+            .for_each(|(value, other)| *value = value.max(*other));
+    };
+    for (row, line) in below.values.chunks_exact(below.width.max(1)).enumerate() {
+        for above in [row, row + reach] {
+            let start = above * width;
+            raise(&mut values[start..start + below.width], line);
+            raise(&mut values[start + reach..start + width], line);
         }
     }
     Level {
         width,
         height,
-        pad,
+        pad: below.pad + reach as i32,
         values,
     }
 }

@@ -23,7 +23,8 @@ pub struct LocaliseParams {
     pub matcher: ScanMatchParams,
     /// Most candidates that are followed.
     pub n_candidates_max: usize,
-    /// Least confidence of a pose.
+    /// Least confidence of a pose. Over made-up homes the right pose had 0.89 to 0.99, the best pose in a
+    /// strange home up to 0.68.
     pub confidence_min: f64,
     /// A pose is found when every other candidate has less than this share of its confidence.
     pub rival_ratio: f64,
@@ -38,7 +39,7 @@ impl Default for LocaliseParams {
         Self {
             matcher: ScanMatchParams::default(),
             n_candidates_max: 6,
-            confidence_min: 0.6,
+            confidence_min: 0.75,
             rival_ratio: 0.9,
             distinct_m: 0.5,
             distinct_rad: 0.35,

@@ -18,7 +18,7 @@ use crate::pose_search::{SearchWindow, best_pose};
 use crate::sensing::LaserScan;
 use factotum_geometry::Pose2;
 use factotum_geometry::frames::wrap_angle;
-use factotum_geometry::grid::{CellState, OccupancyGrid};
+use factotum_geometry::grid::{CellState, OccupancyGrid, SignedCell};
 use nalgebra::{Matrix3, Point2, UnitComplex, Vector2, Vector3};
 use std::collections::BTreeMap;
 
@@ -36,8 +36,11 @@ pub struct ScanMatchParams {
     pub n_points_min: usize,
     /// Least mean likelihood, over the points on known ground, of a match.
     pub score_min: f64,
-    /// A match is ambiguous when the scan alone leaves the position less sure than this (m).
+    /// A match is ambiguous when the scan alone leaves the position less sure than this (m)...
     pub position_sigma_max_m: f64,
+    /// ...or informs on its weakest direction less than this share of what it does on the strongest: the
+    /// noise of wall directions alone makes a bare corridor look informative by about a hundredth.
+    pub information_ratio_min: f64,
     /// Smallest window of the search to each side (m).
     pub window_min_m: f64,
     /// Largest window of the search to each side (m).
@@ -55,6 +58,7 @@ impl Default for ScanMatchParams {
             n_points_min: 20,
             score_min: 0.5,
             position_sigma_max_m: 0.1,
+            information_ratio_min: 0.02,
             window_min_m: 0.1,
             window_max_m: 0.8,
             n_refinements_max: 15,
@@ -142,7 +146,7 @@ pub struct ScanMatcher {
 }
 
 /// Pyramid levels of the search near a guess: windows are a few tens of cells wide.
-const N_LEVELS_NEAR: usize = 4;
+const N_LEVELS_NEAR: usize = 3;
 
 impl ScanMatcher {
     /// Matcher for a map.
@@ -216,6 +220,8 @@ impl ScanMatcher {
         start: Pose2,
         guess: &PoseGuess,
     ) -> ScanMatchOutcome {
+        /// Steps below this (m, rad) are far below the map's resolution.
+        const STEP_MIN: f64 = 1e-4;
         let prior = Matrix3::from_diagonal(&Vector3::new(
             guess.sigma_m.max(1e-4).powi(-2),
             guess.sigma_m.max(1e-4).powi(-2),
@@ -235,7 +241,7 @@ impl ScanMatcher {
                 (pose.translation.vector + step.xy()).into(),
                 UnitComplex::new(pose.rotation.angle() + step.z),
             );
-            if step.xy().norm() < 1e-5 && step.z.abs() < 1e-5 {
+            if step.xy().norm() < STEP_MIN && step.z.abs() < STEP_MIN {
                 break;
             }
         }
@@ -265,8 +271,15 @@ impl ScanMatcher {
             n_points,
             covariance,
         };
-        let weakest_sigma_m = weakest_sigma(&information);
-        if weakest_sigma_m > self.params.position_sigma_max_m {
+        let [least, most] = position_information(&information);
+        let weakest_sigma_m = if least > 0.0 {
+            least.sqrt().recip()
+        } else {
+            f64::INFINITY
+        };
+        if weakest_sigma_m > self.params.position_sigma_max_m
+            || least < self.params.information_ratio_min * most
+        {
             ScanMatchOutcome::Ambiguous {
                 fit,
                 weakest_sigma_m,
@@ -318,33 +331,37 @@ impl ScanMatcher {
     /// Place of the wall near a point and how much to trust it (0 to 1), or nothing when there is none.
     fn wall_near(&self, place: &Point2<f64>) -> Option<(Point2<f64>, f64)> {
         /// Cells to each side that are averaged.
-        const REACH: i64 = 3;
-        let sigma_m = 1.2 * self.map.resolution_m();
-        let center = self.map.signed_cell_at(place);
+        const REACH: i64 = 2;
+        /// Width of the average (cells).
+        const SIGMA: f64 = 1.0;
+        /// Weight of one occupied cell three standard deviations away: less is no wall.
+        const WEIGHT_MIN: f64 = 0.01;
+        let at = self.map.lattice_point(place);
+        let center = SignedCell::containing(&at);
         let mut weight_sum = 0.0;
-        let mut place_sum = Vector2::zeros();
+        let mut offset_sum = Vector2::zeros();
         for row in center.row - REACH..=center.row + REACH {
             for column in center.column - REACH..=center.column + REACH {
-                let signed = factotum_geometry::grid::SignedCell { column, row };
-                let Some(index) = self.map.index_of_signed(signed) else {
+                let Some(cell) = self.map.cell_at_signed(SignedCell { column, row }) else {
                     continue;
                 };
-                let cell = self.map.cell(index);
                 if !cell.is_occupied() {
                     continue;
                 }
-                let cell_place = self.map.center_of(index);
-                let distance_m2 = (cell_place - place).norm_squared();
+                let offset = Vector2::new(column as f64 + 0.5 - at.x, row as f64 + 0.5 - at.y);
                 let occupancy = f64::from(cell.percent().unwrap_or(0)) / 100.0;
-                let weight = occupancy * (-0.5 * distance_m2 / (sigma_m * sigma_m)).exp();
+                let weight = occupancy * (-0.5 * offset.norm_squared() / (SIGMA * SIGMA)).exp();
                 weight_sum += weight;
-                place_sum += weight * cell_place.coords;
+                offset_sum += weight * offset;
             }
         }
-        /// Weight of one occupied cell three standard deviations away: less is no wall.
-        const WEIGHT_MIN: f64 = 0.01;
-        (weight_sum > WEIGHT_MIN)
-            .then(|| (Point2::from(place_sum / weight_sum), weight_sum.min(1.0)))
+        let offset = offset_sum * (self.map.resolution_m() / weight_sum);
+        (weight_sum > WEIGHT_MIN).then(|| {
+            (
+                place + self.map.world_from_grid().rotation * offset,
+                weight_sum.min(1.0),
+            )
+        })
     }
 }
 
@@ -361,8 +378,8 @@ fn difference(to: &Pose2, from: &Pose2) -> Vector3<f64> {
     Vector3::new(shift.x, shift.y, turn)
 }
 
-/// Standard deviation of the position along its least certain direction (m), heading unknown.
-fn weakest_sigma(information: &Matrix3<f64>) -> f64 {
+/// Least and most information on the position over all directions (1/m²), heading unknown.
+fn position_information(information: &Matrix3<f64>) -> [f64; 2] {
     // Marginal over the heading: Schur complement of the position block.
     let position = information.fixed_view::<2, 2>(0, 0).into_owned();
     let cross = information.fixed_view::<2, 1>(0, 2).into_owned();
@@ -372,12 +389,8 @@ fn weakest_sigma(information: &Matrix3<f64>) -> f64 {
     } else {
         position
     };
-    let least = marginal.symmetric_eigenvalues().min();
-    if least > 0.0 {
-        least.sqrt().recip()
-    } else {
-        f64::INFINITY
-    }
+    let eigenvalues = marginal.symmetric_eigenvalues();
+    [eigenvalues.min(), eigenvalues.max()]
 }
 
 /// The hits of a scan with their walls' directions, one per square of edge `thinning_m`, in the order of

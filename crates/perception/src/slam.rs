@@ -229,8 +229,8 @@ impl Default for SlamParams {
             mapper: GridMapperParams::default(),
             matcher: ScanMatchParams::default(),
             odometry: OdometryNoise::default(),
-            keyframe_distance_m: 0.15,
-            keyframe_turn_rad: 0.2,
+            keyframe_distance_m: 0.2,
+            keyframe_turn_rad: 0.25,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What a person wants done, before it is known which objects there are.
 
+use factotum_descriptions::{ActionKind, ObjectClass};
 use factotum_task_planning::operator::Condition;
 
 use crate::vocabulary::{IN, state_predicate};
@@ -68,5 +69,25 @@ impl ChoreGoal {
                     .collect(),
             ),
         })))
+    }
+}
+
+impl ChoreGoal {
+    /// The goal that an action of a class brings about.
+    ///
+    /// # Errors
+    /// [`MapError::NotOfClass`] if the class has no such action.
+    pub fn of_action(class: &ObjectClass, action: &str) -> Result<Self, MapError> {
+        let spec = class.action(action).ok_or_else(|| MapError::NotOfClass {
+            class: class.name.clone(),
+            what: "action",
+            name: action.to_owned(),
+            known: class.actions.iter().map(|action| action.name.clone()).collect(),
+        })?;
+        let wanted = match spec.kind {
+            ActionKind::PickPlace => Wanted::In(spec.target_class.clone().unwrap_or_default()),
+            ActionKind::Articulate => Wanted::State(spec.effect.clone().unwrap_or_default()),
+        };
+        Ok(Self { class: class.name.clone(), wanted })
     }
 }

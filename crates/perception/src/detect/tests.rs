@@ -1,1 +1,209 @@
+use super::*;
+use crate::test_scene::{Scene, Shape, Solid, at, bottle, camera, microwave, toy};
 
+fn detector() -> Detector {
+    let models = vec![
+        bottle().class("bottle", true, true),
+        microwave().class("microwave", false, true),
+        toy().class("toy", false, false),
+    ];
+    Detector::new(models, DetectParams::default()).unwrap()
+}
+
+fn table() -> (Solid, Pose, &'static str) {
+    (
+        Solid(vec![(Pose::identity(), Shape::Box([0.4, 0.8, 0.02]))]),
+        at([1.2, 0.0, 0.70], [0.0; 3]),
+        "",
+    )
+}
+
+fn scene(sigma_m: f64, things: Vec<(Solid, Pose, &'static str)>) -> Scene {
+    Scene {
+        things: std::iter::once(table()).chain(things).collect(),
+        sigma_m,
+    }
+}
+
+/// Position and rotation error of a detection.
+fn errors(detection: &Detection, truth: &Pose) -> (f64, f64) {
+    let error = detection.base_from_object.inverse() * truth;
+    (error.translation.vector.norm(), error.rotation.angle())
+}
+
+#[test]
+fn a_bottle_is_found_within_millimetres_standing_upright() {
+    let detector = detector();
+    for (seed, (x, y)) in [(0.9, 0.0), (1.1, 0.3), (1.4, -0.2), (1.0, -0.4)]
+        .into_iter()
+        .enumerate()
+    {
+        let truth = at([x, y, 0.72], [0.0, 0.0, 1.0]);
+        let frame = scene(0.002, vec![(bottle(), truth, "bottle")]).look(&camera(0.5), seed as u64);
+        let found = detector.detect(&frame).unwrap();
+        let [detection] = found.as_slice() else {
+            panic!("{found:?}")
+        };
+        let (apart_m, _) = errors(detection, &truth);
+        eprintln!(
+            "STAT bottle {apart_m} rms {} fit {} n {}",
+            detection.rms_m, detection.fitness, detection.n_points
+        );
+        assert!(apart_m < 0.008, "{apart_m} m: {detection:?}");
+        assert!(
+            detection.fitness > 0.9 && detection.rms_m < 0.006,
+            "{detection:?}"
+        );
+        let up = detection.base_from_object.rotation * Vector3::z();
+        assert!((up - Vector3::z()).norm() < 1e-9);
+    }
+}
+
+#[test]
+fn the_heading_of_an_upright_object_is_found() {
+    let detector = detector();
+    for (seed, yaw) in [3.0, 2.6, -2.6, 3.6, 2.2].into_iter().enumerate() {
+        let truth = at([1.3, 0.1, 0.72], [0.0, 0.0, yaw]);
+        let frame =
+            scene(0.002, vec![(microwave(), truth, "microwave")]).look(&camera(0.35), seed as u64);
+        let found = detector.detect(&frame).unwrap();
+        let [detection] = found.as_slice() else {
+            panic!("{found:?}")
+        };
+        let (apart_m, turned_rad) = errors(detection, &truth);
+        eprintln!(
+            "STAT microwave {apart_m} {turned_rad} rms {} fit {} n {}",
+            detection.rms_m, detection.fitness, detection.n_points
+        );
+        assert!(
+            apart_m < 0.015 && turned_rad < 0.04,
+            "yaw {yaw}: {apart_m} m {turned_rad} rad: {detection:?}"
+        );
+    }
+}
+
+#[test]
+fn an_object_in_any_orientation_is_found() {
+    let detector = detector();
+    let orientations = [
+        [0.0, 0.0, 0.5],
+        [0.0, 0.0, 2.5],
+        [1.5708, 0.0, 0.3],
+        [0.0, -1.2, 1.0],
+        [0.4, 0.3, -2.0],
+    ];
+    for (seed, rpy) in orientations.into_iter().enumerate() {
+        let truth = at([0.75, 0.0, 0.85], rpy);
+        let frame = Scene {
+            things: vec![(toy(), truth, "toy")],
+            sigma_m: 0.001,
+        }
+        .look(&camera(0.6), seed as u64);
+        let found = detector.detect(&frame).unwrap();
+        let [detection] = found.as_slice() else {
+            panic!("{found:?}")
+        };
+        let (apart_m, turned_rad) = errors(detection, &truth);
+        eprintln!(
+            "STAT toy {apart_m} {turned_rad} rms {} fit {} n {}",
+            detection.rms_m, detection.fitness, detection.n_points
+        );
+        assert!(
+            apart_m < 0.015 && turned_rad < 0.15,
+            "{rpy:?}: {apart_m} m {turned_rad} rad: {detection:?}"
+        );
+    }
+}
+
+#[test]
+fn a_partly_hidden_object_is_found_less_exactly() {
+    let detector = detector();
+    let truth = at([1.3, 0.0, 0.72], [0.0, 0.0, 3.0]);
+    let pillar = Solid(vec![(Pose::identity(), Shape::Box([0.03, 0.05, 0.4]))]);
+    let things = vec![
+        (microwave(), truth, "microwave"),
+        (pillar, at([0.8, -0.1, 0.9], [0.0; 3]), ""),
+    ];
+    let frame = scene(0.002, things).look(&camera(0.35), 1);
+    let found = detector.detect(&frame).unwrap();
+    let (apart_m, turned_rad) = errors(&found[0], &truth);
+    eprintln!("STAT hidden {apart_m} {turned_rad}");
+    assert!(
+        apart_m < 0.03 && turned_rad < 0.08,
+        "{apart_m} {turned_rad}"
+    );
+}
+
+#[test]
+fn two_of_a_class_are_two_detections() {
+    let (left, right) = (
+        at([1.1, 0.25, 0.72], [0.0; 3]),
+        at([1.1, -0.25, 0.72], [0.0; 3]),
+    );
+    let things = vec![(bottle(), left, "bottle"), (bottle(), right, "bottle")];
+    let found = detector()
+        .detect(&scene(0.002, things).look(&camera(0.5), 2))
+        .unwrap();
+    assert_eq!(found.len(), 2);
+    assert!(errors(&found[0], &left).0 < 0.01 && errors(&found[1], &right).0 < 0.01);
+    assert_eq!(found.iter().map(|d| d.label).collect::<Vec<_>>(), [1, 2]);
+}
+
+#[test]
+fn what_is_unknown_too_small_or_does_not_fit_is_left_out() {
+    let place = at([1.1, 0.0, 0.72], [0.0; 3]);
+    let unknown = scene(0.0, vec![(bottle(), place, "vase")]).look(&camera(0.5), 3);
+    assert!(detector().detect(&unknown).unwrap().is_empty());
+    let far = Scene {
+        things: vec![(bottle(), at([9.0, 0.0, 0.0], [0.0; 3]), "bottle")],
+        sigma_m: 0.0,
+    }
+    .look(&camera(0.0), 3);
+    assert!(detector().detect(&far).unwrap().is_empty());
+    // A microwave called a bottle does not look like one.
+    let wrong = scene(
+        0.0,
+        vec![(microwave(), at([1.2, 0.0, 0.72], [0.0, 0.0, 3.0]), "bottle")],
+    )
+    .look(&camera(0.4), 3);
+    assert!(detector().detect(&wrong).unwrap().is_empty());
+}
+
+#[test]
+fn false_frames_and_models_are_refused() {
+    let mut frame = scene(0.0, Vec::new()).look(&camera(0.5), 4);
+    frame.labels[7] = 3;
+    assert!(detector().detect(&frame).is_err());
+    let message = |models| {
+        Detector::new(models, DetectParams::default())
+            .unwrap_err()
+            .to_string()
+    };
+    let bare = ClassModel {
+        surface: PointCloud::new(vec![Point3::origin(); 40]),
+        ..bottle().class("bottle", true, true)
+    };
+    assert_eq!(
+        message(vec![bare]),
+        "class `bottle` has 40 surface points with 0 normals, expected at least 12 of each"
+    );
+    let twice = vec![
+        bottle().class("bottle", true, true),
+        toy().class("bottle", true, true),
+    ];
+    assert_eq!(message(twice), "class `bottle` is given twice");
+}
+
+#[test]
+fn the_same_image_gives_the_same_detections() {
+    let truth = at([0.75, 0.0, 0.85], [0.3, 0.2, 0.5]);
+    let frame = Scene {
+        things: vec![(toy(), truth, "toy")],
+        sigma_m: 0.002,
+    }
+    .look(&camera(0.6), 5);
+    assert_eq!(
+        detector().detect(&frame).unwrap(),
+        detector().detect(&frame).unwrap()
+    );
+}

@@ -1,1 +1,60 @@
+use super::*;
+use crate::test_scene::{Scene, at, bottle, camera};
 
+#[test]
+fn the_cloud_of_several_views_lies_on_the_surfaces() {
+    let mut cloud = HomeCloud::new(0.03, 3.0);
+    let place_in_map = at([2.0, 0.0, 0.0], [0.0; 3]);
+    for (i, base) in [
+        at([0.5, 0.0, 0.0], [0.0; 3]),
+        at([3.4, 0.0, 0.0], [0.0, 0.0, 3.1]),
+        at([2.0, 1.3, 0.0], [0.0, 0.0, -1.6]),
+    ]
+    .iter()
+    .enumerate()
+    {
+        let scene = Scene {
+            things: vec![(bottle(), base.inverse() * place_in_map, "bottle")],
+            sigma_m: 0.001,
+        };
+        assert!(cloud.add(base, &scene.look(&camera(0.6), i as u64), |_| true) > 1000);
+    }
+    let points = cloud.to_cloud(2);
+    assert!(points.len() > 300 && points.len() <= cloud.len());
+    let n_bottle = points
+        .points()
+        .iter()
+        .filter(|p| {
+            let off_axis_m = (p.x - 2.0).hypot(p.y);
+            assert!(
+                p.z.abs() < 0.02 || off_axis_m < 0.05,
+                "{p} is neither floor nor bottle"
+            );
+            p.z > 0.03
+        })
+        .count();
+    assert!(n_bottle > 10, "{n_bottle}");
+}
+
+#[test]
+fn far_and_unwanted_points_are_left_out() {
+    let frame = Scene {
+        things: vec![(bottle(), at([1.2, 0.0, 0.0], [0.0; 3]), "bottle")],
+        sigma_m: 0.0,
+    }
+    .look(&camera(0.5), 1);
+    let mut near = HomeCloud::new(0.05, 0.5);
+    assert_eq!(near.add(&Pose::identity(), &frame, |_| true), 0);
+    assert!(near.is_empty());
+    let mut only_bottle = HomeCloud::new(0.02, 3.0);
+    only_bottle.add(&Pose::identity(), &frame, |label| label == 1);
+    assert!(
+        only_bottle
+            .to_cloud(1)
+            .points()
+            .iter()
+            .all(|p| (p.x - 1.2).hypot(p.y) < 0.04)
+    );
+    let nowhere = Pose::translation(f64::NAN, 0.0, 0.0);
+    assert_eq!(only_bottle.add(&nowhere, &frame, |_| true), 0);
+}

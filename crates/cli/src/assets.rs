@@ -1,0 +1,65 @@
+//! Finding the shipped models: `assets/` beside the sources, beside the program, or where the user says.
+
+use std::path::{Path, PathBuf};
+
+use crate::console::usage;
+
+/// The assets folder.
+///
+/// Looked for in `FACTOTUM_ASSETS`, in the working directory, above the program (a build tree) and beside it.
+pub(crate) fn dir() -> anyhow::Result<PathBuf> {
+    if let Some(dir) = std::env::var_os("FACTOTUM_ASSETS") {
+        let dir = PathBuf::from(dir);
+        return if is_assets(&dir) {
+            Ok(dir)
+        } else {
+            Err(usage(format!("FACTOTUM_ASSETS is `{}`, which has no folder `robots`", dir.display())))
+        };
+    }
+    let program = std::env::current_exe().ok();
+    let beside = program.iter().flat_map(|program| program.ancestors().skip(1)).take(4);
+    std::iter::once(Path::new(".")).chain(beside)
+        .map(|dir| dir.join("assets"))
+        .find(|dir| is_assets(dir))
+        .ok_or_else(|| usage("no folder `assets` in the working directory or near the program; set FACTOTUM_ASSETS to it"))
+}
+
+fn is_assets(dir: &Path) -> bool {
+    dir.join("robots").is_dir()
+}
+
+/// A robot: a folder with `robot.toml`, or the name of a shipped one.
+pub(crate) fn robot(name: &Path) -> anyhow::Result<PathBuf> {
+    find(name, "robots", "robot.toml", "robot")
+}
+
+/// A scene: a folder with `scene.toml`, or the name of a shipped one.
+pub(crate) fn scene(name: &Path) -> anyhow::Result<PathBuf> {
+    find(name, "scenes", "scene.toml", "scene")
+}
+
+fn find(name: &Path, kind: &str, file: &str, noun: &str) -> anyhow::Result<PathBuf> {
+    if name.join(file).is_file() || name.is_file() {
+        return Ok(name.to_owned());
+    }
+    let shelf = dir()?.join(kind);
+    let shipped = shelf.join(name);
+    if shipped.join(file).is_file() {
+        return Ok(shipped);
+    }
+    let mut known: Vec<String> = std::fs::read_dir(&shelf)
+        .map(|entries| {
+            entries
+                .flatten()
+                .filter(|entry| entry.path().join(file).is_file())
+                .map(|entry| entry.file_name().to_string_lossy().into_owned())
+                .collect()
+        })
+        .unwrap_or_default();
+    known.sort();
+    Err(usage(format!(
+        "{noun} `{}` is neither a folder with `{file}` nor shipped; shipped: {}",
+        name.display(),
+        known.join(", ")
+    )))
+}

@@ -1,0 +1,89 @@
+//! What goes to the terminal: one answer on standard output, messages on standard error.
+
+use std::io::IsTerminal as _;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+/// The answer of a command, as its exit code tells it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Answer {
+    /// Done.
+    Yes,
+    /// Ran, with a negative answer.
+    No,
+}
+
+impl From<bool> for Answer {
+    fn from(is_yes: bool) -> Self {
+        if is_yes { Self::Yes } else { Self::No }
+    }
+}
+
+/// Bad input or usage: exit code 2.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub(crate) struct UsageError(pub(crate) String);
+
+/// Marks an error as the user's to mend.
+pub(crate) fn usage(error: impl std::fmt::Display) -> anyhow::Error {
+    UsageError(error.to_string()).into()
+}
+
+/// The terminal, or what stands in for one.
+#[derive(Debug)]
+pub(crate) struct Console {
+    is_json: bool,
+    is_quiet: bool,
+    bar: ProgressBar,
+}
+
+impl Console {
+    pub(crate) fn new(is_json: bool, is_quiet: bool) -> Self {
+        let is_plain = std::env::var_os("NO_COLOR").is_some() || std::env::var("TERM").is_ok_and(|term| term == "dumb");
+        let bar = if is_quiet || is_plain || !std::io::stderr().is_terminal() {
+            ProgressBar::hidden()
+        } else {
+            ProgressBar::new_spinner()
+        };
+        bar.set_style(ProgressStyle::with_template("{spinner} {elapsed} {msg}").unwrap_or_else(|_| ProgressStyle::default_spinner()));
+        Self { is_json, is_quiet, bar }
+    }
+
+    pub(crate) fn is_json(&self) -> bool {
+        self.is_json
+    }
+
+    /// What is going on right now; replaced by the next.
+    pub(crate) fn progress(&self, text: impl Into<String>) {
+        if !self.bar.is_hidden() {
+            self.bar.enable_steady_tick(Duration::from_millis(120));
+            self.bar.set_message(text.into());
+        }
+    }
+
+    /// A message for people.
+    pub(crate) fn say(&self, text: impl std::fmt::Display) {
+        if !self.is_quiet {
+            self.bar.suspend(|| eprintln!("{text}"));
+        }
+    }
+
+    /// An error with its causes.
+    pub(crate) fn error(&self, error: &anyhow::Error) {
+        self.bar.finish_and_clear();
+        eprintln!("error: {error:#}");
+    }
+
+    /// The answer: as JSON with `--json`, else as `text`.
+    pub(crate) fn answer<T: Serialize>(&self, json: &T, text: impl FnOnce() -> String) -> anyhow::Result<()> {
+        self.bar.finish_and_clear();
+        if self.is_json {
+            println!("{}", serde_json::to_string_pretty(json)?);
+        } else {
+            println!("{}", text().trim_end());
+        }
+        Ok(())
+    }
+}
