@@ -57,6 +57,7 @@ fn dispatch(arguments: Vec<String>) -> Result<ExitCode> {
         print!("{USAGE}");
         return Ok(ExitCode::from(2));
     };
+    let rest = without_separator(rest);
     match command.as_str() {
         "run" => return run::run(&workspace, rest),
         "test" => return Ok(test::run(&workspace, rest)?.exit_code()),
@@ -73,10 +74,31 @@ fn dispatch(arguments: Vec<String>) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// `cargo x run -- --headless` and `cargo x run --headless` mean the same; cargo's alias hands the `--` on.
+fn without_separator(arguments: &[String]) -> &[String] {
+    match arguments {
+        [separator, rest @ ..] if separator == "--" => rest,
+        all => all,
+    }
+}
+
 /// Runs the checks and the tests, both in any case, so that one report shows all that is wrong.
 fn ci(workspace: &Workspace) -> Result<ExitCode> {
     let checks = check::run(workspace);
     let tests = test::run(workspace, &[])?;
     checks?;
     Ok(tests.exit_code())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::without_separator;
+
+    #[test]
+    fn the_first_separator_is_cargos() {
+        let words = |text: &str| -> Vec<String> { text.split(' ').map(str::to_owned).collect() };
+        assert_eq!(without_separator(&words("-- --seed 1")), words("--seed 1"));
+        assert_eq!(without_separator(&words("--seed 1")), words("--seed 1"));
+        assert_eq!(without_separator(&words("a -- b")), words("a -- b"));
+    }
 }
