@@ -129,6 +129,8 @@ pub fn plan_base(
 
 /// Points at most `spacing_m` apart along the polyline, its corners included.
 fn resample(corners: &[Point2<f64>], spacing_m: f64) -> Vec<Point2<f64>> {
+    const SPACING_MIN_M: f64 = 1e-3;
+    let spacing_m = spacing_m.max(SPACING_MIN_M);
     let mut points = vec![corners[0]];
     for pair in corners.windows(2) {
         let step = pair[1] - pair[0];

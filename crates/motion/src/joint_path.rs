@@ -5,7 +5,8 @@ use rand::Rng;
 use crate::sampling::{
     SearchOptions, is_motion_valid, rrt_connect, rrt_star, shortcut, unwrap_turns,
 };
-use crate::scene::PlanningScene;
+use crate::scene::{CLEARANCE_SEEN_M, PlanningScene};
+use crate::timing::{Blend, TimingOptions};
 
 pub use crate::sampling::SearchLimit;
 
@@ -132,8 +133,10 @@ enum Planner {
 
 /// How often the resolution is halved when a path collides between its checked configurations.
 const N_RESOLUTIONS: usize = 3;
+/// Smallest step of a search; keeps a zero or NaN from asking for endless checks.
+const STEP_MIN_RAD: f64 = 1e-4;
 /// A finished path is checked at this fraction of the search's step.
-const FINAL_STEP_FRACTION: f64 = 0.2;
+const FINAL_STEP_FRACTION: f64 = 0.1;
 
 fn plan(
     scene: &mut PlanningScene,
@@ -154,21 +157,22 @@ fn plan(
         Err(outcome) => return outcome,
     };
     let goal_qs: Vec<Vec<f64>> = goals.iter().map(|&idx| q_goals[idx].clone()).collect();
+    let clearance_m = clearance_to_keep(scene, q_start, &goal_qs);
     // 2. Search and shorten; where the path turns out to collide at a finer step, again with half the step.
     let mut stats = PathStats::default();
     let mut limit = SearchLimit::Resolution;
-    let mut step = limits.step_rad;
+    let mut step = limits.step_rad.max(STEP_MIN_RAD);
     for _ in 0..N_RESOLUTIONS {
         let options = SearchOptions {
             n_nodes_max: limits.n_nodes_max,
             iterations_max: limits.iterations_max,
             step,
-            range: limits.range_rad,
+            range: limits.range_rad.max(step),
         };
-        let mut n_checks = 0;
+        let (mut n_checks, mut n_fine_checks) = (0, 0);
         let mut validity = |q: &[f64]| {
             n_checks += 1;
-            space.is_within_limits(q) && scene.is_free(q)
+            space.is_within_limits(q) && scene.is_free_by(q, clearance_m)
         };
         let search = match planner {
             Planner::RrtConnect => {
@@ -194,17 +198,23 @@ fn plan(
                 );
                 unwrap_turns(space, &mut waypoints);
                 stats.length = space.path_length(&waypoints);
+                // Half of the clearance, so that nothing is touched between these checks either.
+                let mut half_clear = |q: &[f64]| {
+                    n_fine_checks += 1;
+                    space.is_within_limits(q) && scene.is_free_by(q, 0.5 * clearance_m)
+                };
                 is_solved = waypoints.windows(2).all(|pair| {
                     let fine = FINAL_STEP_FRACTION * step;
-                    is_motion_valid(space, &mut validity, &pair[0], &pair[1], fine)
+                    is_motion_valid(space, &mut half_clear, &pair[0], &pair[1], fine)
                 });
                 found = Some((waypoints, goals[path.goal_idx]));
             }
             Err(cap) => limit = cap,
         }
-        stats.n_checks += n_checks;
+        stats.n_checks += n_checks + n_fine_checks;
         match found {
             Some((path, goal_idx)) if is_solved => {
+                let path = with_stops(scene, path, FINAL_STEP_FRACTION * step, clearance_m);
                 return PathOutcome::Solved(JointPathPlan {
                     path,
                     goal_idx,
@@ -216,6 +226,55 @@ fn plan(
         }
     }
     PathOutcome::LimitReached { limit, stats }
+}
+
+/// Distance to keep from obstacles on the way, so that nothing is touched between checks: half of what the ends have.
+fn clearance_to_keep(scene: &mut PlanningScene, start: &[f64], goals: &[Vec<f64>]) -> f64 {
+    let mut least = scene.clearance_m(start);
+    for goal in goals {
+        least = least.min(scene.clearance_m(goal));
+    }
+    if least >= CLEARANCE_SEEN_M {
+        CLEARANCE_SEEN_M
+    } else {
+        0.5 * least.max(0.0)
+    }
+}
+
+/// The path with each waypoint doubled whose corner, rounded as [`crate::timing`] does by default, would collide.
+fn with_stops(
+    scene: &mut PlanningScene,
+    path: Vec<Vec<f64>>,
+    step: f64,
+    clearance_m: f64,
+) -> Vec<Vec<f64>> {
+    let deviation = TimingOptions::default().blend_deviation_rad;
+    let is_stop: Vec<bool> = path
+        .windows(3)
+        .map(|corner| {
+            let Some(blend) = Blend::between(&corner[0], &corner[1], &corner[2], deviation) else {
+                return false;
+            };
+            let n_steps = (blend.length() / step).ceil().max(1.0) as usize;
+            (1..n_steps).any(|i| {
+                let (q, _) = blend.at(blend.length() * i as f64 / n_steps as f64);
+                !scene.is_free_by(&q, clearance_m)
+            })
+        })
+        .collect();
+    let mut stopping = Vec::with_capacity(path.len());
+    for (i, q) in path.into_iter().enumerate() {
+        let is_stop = i
+            .checked_sub(1)
+            .and_then(|i| is_stop.get(i))
+            .copied()
+            .unwrap_or(false);
+        if is_stop {
+            stopping.push(q.clone());
+        }
+        stopping.push(q);
+    }
+    stopping
 }
 
 /// Indices of the goals within limits and free, or why there is none.

@@ -87,6 +87,12 @@ enum Owner {
     Obstacle { name: String },
 }
 
+/// Distance beyond the margin (m) up to which [`PlanningScene::clearance_m`] sees.
+pub const CLEARANCE_SEEN_M: f64 = 0.005;
+
+/// First name of the pair that is given for a configuration that could not be checked.
+pub const UNCHECKED: &str = "unchecked configuration";
+
 /// Name by which the held object appears in collisions.
 pub const HELD_OBJECT: &str = "held object";
 
@@ -169,26 +175,20 @@ impl PlanningScene {
 
     /// Names of the first colliding pair, or nothing if the configuration is free.
     ///
-    /// A configuration that cannot be checked (not finite, or the engine fails) counts as colliding; the pair then
-    /// says so.
-    ///
-    /// # Panics
-    /// When `q` does not have one value per chain joint.
+    /// A configuration that cannot be checked (wrong length, not finite, or the engine fails) counts as colliding:
+    /// the pair is then [`UNCHECKED`] and the reason.
     pub fn collision(&mut self, q: &[f64]) -> Option<(String, String)> {
-        let (a, b) = match self.first_contact(q) {
+        let (a, b) = match self.first_contact(q, 0.0) {
             Ok(contact) => contact?,
-            Err(error) => return Some(("physics engine".to_owned(), error.to_string())),
+            Err(error) => return Some((UNCHECKED.to_owned(), error.to_string())),
         };
         let label = |geom: GeomId| self.owners[geom.index()].label().to_owned();
         Some((label(a), label(b)))
     }
 
     /// Whether nothing collides.
-    ///
-    /// # Panics
-    /// As [`Self::collision`].
     pub fn is_free(&mut self, q: &[f64]) -> bool {
-        matches!(self.first_contact(q), Ok(None))
+        self.is_free_by(q, 0.0)
     }
 
     /// The tool (gripper and held object) may touch this obstacle; a name that the scene lacks changes nothing.
@@ -214,12 +214,48 @@ impl PlanningScene {
         }
     }
 
-    fn first_contact(&mut self, q: &[f64]) -> Result<Option<(GeomId, GeomId)>, MotionError> {
-        assert_eq!(
-            q.len(),
-            self.joints.len(),
-            "configuration and chain differ in length"
-        );
+    /// Distance to the nearest thing that the chain could collide with, beyond the scene's margin: negative in
+    /// collision, at most [`CLEARANCE_SEEN_M`], and not a number where `q` cannot be checked.
+    pub fn clearance_m(&mut self, q: &[f64]) -> f64 {
+        if self.detect(q).is_err() {
+            return f64::NAN;
+        }
+        let distances = self
+            .state
+            .contacts()
+            .filter(|contact| !self.may_touch(contact.geom_a, contact.geom_b))
+            .map(|contact| contact.distance_m - self.margin_m);
+        distances.fold(CLEARANCE_SEEN_M, f64::min)
+    }
+
+    /// Whether nothing is nearer than `clearance_m` beyond the scene's margin; [`CLEARANCE_SEEN_M`] is the most
+    /// that can be told.
+    pub fn is_free_by(&mut self, q: &[f64], clearance_m: f64) -> bool {
+        matches!(self.first_contact(q, clearance_m), Ok(None))
+    }
+
+    fn first_contact(
+        &mut self,
+        q: &[f64],
+        clearance_m: f64,
+    ) -> Result<Option<(GeomId, GeomId)>, MotionError> {
+        self.detect(q)?;
+        let nearest_allowed = self.margin_m + clearance_m;
+        let contact = self.state.contacts().find(|contact| {
+            contact.distance_m < nearest_allowed && !self.may_touch(contact.geom_a, contact.geom_b)
+        });
+        Ok(contact.map(|contact| (contact.geom_a, contact.geom_b)))
+    }
+
+    /// Moves the state to `q` and finds its contacts.
+    fn detect(&mut self, q: &[f64]) -> Result<(), MotionError> {
+        if q.len() != self.joints.len() {
+            return Err(MotionError::Width {
+                what: "configuration",
+                found: q.len(),
+                wanted: self.joints.len(),
+            });
+        }
         for (&joint, &q) in self.joints.iter().zip(q) {
             if !q.is_finite() {
                 return Err(MotionError::NotFinite {
@@ -229,11 +265,7 @@ impl PlanningScene {
             }
             self.state.set_joint_position(joint, q);
         }
-        self.state.detect_collisions()?;
-        let contact = self.state.contacts().find(|contact| {
-            contact.distance_m < self.margin_m && !self.may_touch(contact.geom_a, contact.geom_b)
-        });
-        Ok(contact.map(|contact| (contact.geom_a, contact.geom_b)))
+        Ok(self.state.detect_collisions()?)
     }
 
     /// Whether a contact found by physics is no collision. (Pairs that never matter are not found.)

@@ -155,6 +155,9 @@ pub fn plan_tool_line(
     Ok(path)
 }
 
+/// Smallest step (m, rad); keeps a zero or NaN from asking for endless poses.
+const STEP_MIN: f64 = 1e-4;
+
 /// Poses at most a step apart from `start` (not included) through the waypoints.
 fn poses_on_line(start: &Pose, waypoints: &[Pose], options: &ToolLineOptions) -> Vec<Pose> {
     let mut poses = Vec::new();
@@ -162,8 +165,8 @@ fn poses_on_line(start: &Pose, waypoints: &[Pose], options: &ToolLineOptions) ->
     for to in waypoints {
         let shift = to.translation.vector - from.translation.vector;
         let turn = (to.rotation * from.rotation.inverse()).scaled_axis();
-        let n_steps = (shift.norm() / options.step_m)
-            .max(turn.norm() / options.step_rad)
+        let n_steps = (shift.norm() / options.step_m.max(STEP_MIN))
+            .max(turn.norm() / options.step_rad.max(STEP_MIN))
             .ceil();
         let n_steps = (n_steps as usize).max(1);
         for i in 1..=n_steps {

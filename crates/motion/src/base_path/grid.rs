@@ -98,9 +98,10 @@ impl InflatedGrid {
         }
         let (column, row) = self.column_row(own);
         let reach = (within_m / self.resolution_m).floor() as usize;
-        let rows = row.saturating_sub(reach)..=(row + reach).min(self.height() - 1);
+        let rows = row.saturating_sub(reach)..=row.saturating_add(reach).min(self.height() - 1);
         rows.flat_map(|row| {
-            let columns = column.saturating_sub(reach)..=(column + reach).min(self.width() - 1);
+            let columns =
+                column.saturating_sub(reach)..=column.saturating_add(reach).min(self.width() - 1);
             columns.map(move |column| (column, row))
         })
         .map(|(column, row)| (row * self.width() + column) as CellIdx)

@@ -42,8 +42,12 @@ pub(super) fn search(
     let mut so_far = vec![u32::MAX; costs.len()];
     let mut arrived_by = vec![0u8; costs.len()];
     let mut is_done = vec![false; costs.len()];
-    let cost_max =
-        costs.iter().copied().filter(|&cost| cost != BLOCKED).max().unwrap_or(UNIT);
+    let cost_max = costs
+        .iter()
+        .copied()
+        .filter(|&cost| cost != BLOCKED)
+        .max()
+        .unwrap_or(UNIT);
     let step_max = step_cost(cost_max, cost_max, true);
     let mut open = BucketRing::new(2 * step_max as usize + 1);
     so_far[start as usize] = 0;

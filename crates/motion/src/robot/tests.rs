@@ -84,3 +84,85 @@ fn a_joint_outside_the_chain_is_named() {
         "{error}"
     );
 }
+
+/// A chain of four joints whose tool frame is given in `robot.toml`, mounted on another part.
+const SHORT_ARM: &str = r#"
+<mujoco><compiler angle="radian"/><worldbody>
+  <body name="shoulder"><joint name="a" axis="0 0 1" range="-3 3" limited="true"/>
+    <geom type="capsule" fromto="0 0 0 0 0 0.2" size="0.03"/>
+    <body name="upper" pos="0 0 0.25"><joint name="b" axis="0 1 0" range="-2 2" limited="true"/>
+      <geom type="capsule" fromto="0.05 0 0 0.25 0 0" size="0.03"/>
+      <body name="fore" pos="0.3 0 0"><joint name="c" axis="0 1 0" range="-2.5 2.5" limited="true"/>
+        <geom type="capsule" fromto="0.05 0 0 0.2 0 0" size="0.03"/>
+        <body name="hand" pos="0.25 0 0"><joint name="d" axis="1 0 0" limited="false"/>
+          <geom type="sphere" pos="0.05 0 0" size="0.03"/>
+        </body></body></body></body></worldbody></mujoco>"#;
+
+const STAND: &str = r#"
+<mujoco><worldbody><body name="stand"><geom type="box" pos="0 0 0.25" size="0.1 0.1 0.25"/>
+  <site name="top" pos="0 0 0.5"/></body></worldbody></mujoco>"#;
+
+const SHORT_ROBOT: &str = r#"
+name = "short"
+[[parts]]
+name = "stand"
+model = "stand.xml"
+[[parts]]
+name = "arm"
+model = "arm.xml"
+prefix = "arm/"
+attach_to = "top"
+offset_xyz = [0.0, 0.0, 0.05]
+[arm]
+joints = ["arm/a", "arm/b", "arm/c", "arm/d"]
+tcp_site = "arm/tcp"
+velocity_max_rad_per_s = [1.0, 1.0, 1.0, 1.0]
+acceleration_max_rad_per_s2 = [2.0, 2.0, 2.0, 2.0]
+torque_max_nm = [1.0, 1.0, 1.0, 1.0]
+rest = [0.0, 0.0, 0.0, 0.0]
+ready = [0.3, -0.5, 1.0, 0.0]
+[arm.tcp]
+body = "arm/hand"
+xyz = [0.1, 0.0, 0.0]
+rpy = [0.0, 1.5707963267948966, 0.0]
+"#;
+
+fn short_robot() -> (tempfile::TempDir, RobotModel) {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, text) in [
+        ("arm.xml", SHORT_ARM),
+        ("stand.xml", STAND),
+        ("robot.toml", SHORT_ROBOT),
+    ] {
+        std::fs::write(dir.path().join(name), text).unwrap();
+    }
+    let robot = RobotModel::load(&RobotDescription::load(dir.path()).unwrap()).unwrap();
+    (dir, robot)
+}
+
+#[test]
+fn a_tool_frame_given_in_the_description_is_added() {
+    let (_dir, robot) = short_robot();
+    let tcp = robot.chain().base_from_tcp(&[0.0; 4]);
+    let expected = nalgebra::Vector3::new(0.3 + 0.25 + 0.1, 0.0, 0.5 + 0.05 + 0.25);
+    assert!((tcp.translation.vector - expected).norm() < 1e-9, "{tcp}");
+    // Approach along the forearm.
+    let approach = tcp.rotation * nalgebra::Vector3::z();
+    assert!((approach - nalgebra::Vector3::x()).norm() < 1e-9);
+}
+
+#[test]
+fn a_chain_of_four_joints_has_manipulability_and_is_solved() {
+    let (_dir, robot) = short_robot();
+    let q = robot.q_ready();
+    let jacobian = robot.chain().jacobian(&q);
+    let value = crate::manipulability::manipulability(&jacobian, robot.limits(), &q);
+    assert!(value > 0.0);
+    let mut scene = crate::PlanningScene::new(&robot, &[], None).unwrap();
+    let target = robot.chain().base_from_tcp(&q);
+    let options = crate::IkOptions::default();
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let outcome = crate::solve_ik(&mut scene, &target, &[], &options, &mut rng);
+    let found = robot.chain().base_from_tcp(outcome.q().unwrap());
+    assert!((found.inverse() * target).translation.vector.norm() <= options.position_tol_m);
+}

@@ -7,7 +7,9 @@ use factotum_physics::{
     AttachOptions, AttachPoint, BodyId, Model, Motion, Part, Primitive, SceneBuilder, Shape, State,
 };
 
-use super::{GripperJoint, HeldObject, Obstacle, ObstacleShape, Owner, PlanningScene};
+use super::{
+    CLEARANCE_SEEN_M, GripperJoint, HeldObject, Obstacle, ObstacleShape, Owner, PlanningScene,
+};
 use crate::error::MotionError;
 use crate::robot::{Groups, RobotModel, add_robot};
 
@@ -66,7 +68,7 @@ pub(super) fn compile(
                 Owner::Robot { .. } | Owner::Held => groups.contact_bits(model.geom_body(geom)),
             };
             edit.set_geom_contact_bits(geom, contype, conaffinity);
-            edit.set_geom_margin(geom, margin_m);
+            edit.set_geom_margin(geom, margin_m + CLEARANCE_SEEN_M);
         }
         Ok(())
     })?;

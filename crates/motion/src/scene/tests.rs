@@ -41,17 +41,17 @@ fn an_obstacle_in_the_hand_collides_until_it_is_allowed() {
 fn a_margin_finds_what_is_near() {
     let robot = test_robots::load("movo");
     let q = robot.q_ready();
-    let ball = |gap: f64| {
-        // Ahead of the hand; where it first touches is found by bisection.
-        let tcp = robot.chain().base_from_tcp(&q);
-        sphere_at(
-            "ball",
-            tcp * nalgebra::Translation3::new(0.0, 0.0, gap),
-            0.05,
-        )
+    // A plate across the approach direction: its distance from the hand grows as it is moved along it.
+    let plate = |ahead_m: f64| Obstacle {
+        name: "plate".to_owned(),
+        shape: ObstacleShape::Box {
+            half_extents_m: [0.3, 0.3, 0.01],
+        },
+        base_from_obstacle: robot.chain().base_from_tcp(&q)
+            * nalgebra::Translation3::new(0.0, 0.0, ahead_m),
     };
-    let touches = |gap: f64, margin: f64| {
-        !PlanningScene::with_margin(&robot, &[ball(gap)], None, margin)
+    let touches = |ahead_m: f64, margin_m: f64| {
+        !PlanningScene::with_margin(&robot, &[plate(ahead_m)], None, margin_m)
             .unwrap()
             .is_free(&q)
     };
@@ -66,6 +66,18 @@ fn a_margin_finds_what_is_near() {
     }
     assert!(touches(far + 0.009, 0.01), "10 mm margin at 9 mm");
     assert!(!touches(far + 0.011, 0.01), "10 mm margin at 11 mm");
+    // The clearance is what is left of the distance, as far as it is seen.
+    let clearance = |ahead_m: f64, margin_m: f64| {
+        PlanningScene::with_margin(&robot, &[plate(ahead_m)], None, margin_m)
+            .unwrap()
+            .clearance_m(&q)
+    };
+    let bare = PlanningScene::new(&robot, &[], None)
+        .unwrap()
+        .clearance_m(&q);
+    assert!((clearance(far + 0.003, 0.0) - bare.min(0.003)).abs() < 1e-4);
+    assert!((clearance(far + 0.003, 0.01) + 0.007).abs() < 1e-4);
+    assert_eq!(clearance(far + 0.1, 0.0), bare);
 }
 
 #[test]
@@ -167,8 +179,18 @@ fn two_obstacles_of_one_name_are_refused() {
 fn what_cannot_be_checked_counts_as_colliding() {
     let robot = test_robots::load("jaco");
     let mut scene = PlanningScene::new(&robot, &[], None).unwrap();
-    let pair = scene.collision(&[f64::NAN; 7]).unwrap();
-    assert_eq!(pair.0, "physics engine");
+    let unchecked = |pair: Option<(String, String)>| {
+        let (first, reason) = pair.unwrap();
+        assert_eq!(first, UNCHECKED);
+        reason
+    };
+    let reason = unchecked(scene.collision(&[f64::NAN; 7]));
+    assert_eq!(reason, "joint position is NaN, expected a finite number");
+    let reason = unchecked(scene.collision(&[0.0; 3]));
+    assert_eq!(
+        reason,
+        "configuration has 3 values, expected 7, one per chain joint"
+    );
     assert!(!scene.is_free(&[f64::NAN; 7]));
     assert!(
         scene.is_free(&robot.q_ready()),

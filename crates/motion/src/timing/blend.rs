@@ -61,6 +61,24 @@ impl Blend {
         })
     }
 
+    /// The largest blend of the corner between two segments; at most half of each is replaced.
+    pub fn between(
+        before: &[f64],
+        corner: &[f64],
+        after: &[f64],
+        deviation_max: f64,
+    ) -> Option<Self> {
+        let (u, length_before) = direction(before, corner)?;
+        let (v, length_after) = direction(corner, after)?;
+        Self::new(
+            corner,
+            &u,
+            &v,
+            0.5 * length_before.min(length_after),
+            deviation_max,
+        )
+    }
+
     /// How much of each segment the blend replaces.
     pub fn reach(&self) -> f64 {
         self.reach
@@ -103,4 +121,12 @@ impl Blend {
             })
             .fold(f64::INFINITY, f64::min)
     }
+}
+
+/// Unit direction and length of a segment; none if it has no length.
+fn direction(from: &[f64], to: &[f64]) -> Option<(Vec<f64>, f64)> {
+    const LENGTH_ZERO: f64 = 1e-9;
+    let difference: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
+    let length = difference.iter().map(|d| d * d).sum::<f64>().sqrt();
+    (length > LENGTH_ZERO).then(|| (difference.iter().map(|d| d / length).collect(), length))
 }
