@@ -59,7 +59,7 @@ fn dispatch(arguments: Vec<String>) -> Result<ExitCode> {
     };
     let rest = without_separator(rest);
     match command.as_str() {
-        "run" => return run::run(&workspace, rest),
+        "run" => match run::run(&workspace, rest)? {},
         "test" => return Ok(test::run(&workspace, rest)?.exit_code()),
         "setup" => setup::run(&workspace, setup::Wanted::EVERYTHING)?,
         "ci" => return ci(&workspace),

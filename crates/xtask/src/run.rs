@@ -1,16 +1,17 @@
 //! `cargo x run`: the main job from a fresh clone in one command.
 
-use std::process::ExitCode;
+use std::convert::Infallible;
+use std::os::unix::process::CommandExt as _;
 
 use anyhow::{Context as _, Result};
 
 use crate::setup::{self, Wanted};
 use crate::workspace::Workspace;
 
-/// Builds `factotum` and starts its `run` command; its exit code is passed on.
-pub(crate) fn run(workspace: &Workspace, arguments: &[String]) -> Result<ExitCode> {
+/// Builds `factotum` and becomes its `run` command, so that Ctrl-C and the exit code are its own.
+pub(crate) fn run(workspace: &Workspace, arguments: &[String]) -> Result<Infallible> {
     setup::run(workspace, Wanted::TO_RUN)?;
-    let status = workspace
+    let error = workspace
         .cargo(&[
             "run",
             "--release",
@@ -22,10 +23,6 @@ pub(crate) fn run(workspace: &Workspace, arguments: &[String]) -> Result<ExitCod
             "run",
         ])
         .args(arguments)
-        .status()
-        .context("cannot start cargo")?;
-    Ok(status
-        .code()
-        .and_then(|code| u8::try_from(code).ok())
-        .map_or(ExitCode::FAILURE, ExitCode::from))
+        .exec();
+    Err(error).context("cannot start cargo")
 }
