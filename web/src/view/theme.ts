@@ -34,7 +34,7 @@ const LIGHT: Theme = {
   accent: 0x0072b2,
   free: [255, 255, 255, 40],
   occupied: [28, 38, 48, 235],
-  unknown: [84, 100, 116, 96],
+  unknown: [84, 100, 116, 80],
 };
 
 const DARK: Theme = {
