@@ -7,5 +7,6 @@ mod judging;
 mod motions;
 mod picking;
 mod refusals;
+mod remote;
 mod scenes;
 mod senses;

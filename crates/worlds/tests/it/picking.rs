@@ -1,62 +1,63 @@
 //! The gripper holds the bottle in physics, until the fault lets it slip.
 
-use factotum_control::{Command, GripperGoal, MotionStatus, Robot as _};
+use factotum_control::{Command, GripperGoal, MotionStatus, Robot};
 use factotum_worlds::{Fault, SimRobot, WorldConfig};
 
 use crate::fixture::{base_from_tcp, config, move_to, must, path_to, starting_at};
 
-/// A robot in front of the table with the bottle between its open fingers, hand level.
-fn at_the_bottle(fault: Option<Fault>) -> SimRobot {
-    // A seed whose bottle is on the near side of the table.
-    let (seed, x, y) = (0..20)
+/// How far in front of the bottle the robot unfolds its arm, metres.
+pub(crate) const CLEARANCE_M: f64 = 1.3;
+
+/// A seed whose bottle is on the near side of the table, and where the bottle is.
+pub(crate) fn near_bottle() -> (u64, f64, f64) {
+    (0..20)
         .find_map(|seed| {
             let home = SimRobot::new(config(seed)).unwrap();
             let bottle = home.world_from_object("bottle_1").unwrap().translation;
             (bottle.y < 4.4).then_some((seed, bottle.x, bottle.y))
         })
-        .unwrap();
-    // Unfold clear of the table, then drive up to it.
-    let clearance = 1.3;
-    let config = WorldConfig {
-        fault,
-        ..config(seed)
-    };
-    let mut robot = starting_at(config, x, y - clearance, std::f64::consts::FRAC_PI_2);
-    let ready = robot.description().arm.ready.clone();
-    // Lift so that the hand is 0.105 m above the table's top.
-    let unfold = move_to(&mut robot, 0.105, &ready, 8.0);
-    must(&mut robot, Command::Joints(unfold));
-    let tool = base_from_tcp(&mut robot).translation.vector;
-    assert!((tool.z - 0.855).abs() < 0.02, "tool at {tool}");
-    must(&mut robot, path_to(clearance - tool.x, -tool.y, 0.0));
-    robot
+        .unwrap()
 }
 
-fn grasp_and_raise(robot: &mut SimRobot) {
-    must(
-        robot,
-        Command::Gripper(GripperGoal {
-            opening: 0.0,
-            force_n: 30.0,
-        }),
-    );
+/// Unfolds the arm clear of the table and drives up, until the bottle is between the open fingers, hand level.
+pub(crate) fn reach_for_the_bottle(robot: &mut dyn Robot) {
+    let ready = robot.description().arm.ready.clone();
+    // Lift so that the hand is 0.105 m above the table's top.
+    let unfold = move_to(robot, 0.105, &ready, 8.0);
+    must(robot, Command::Joints(unfold));
+    let tool = base_from_tcp(robot).translation.vector;
+    assert!((tool.z - 0.855).abs() < 0.02, "tool at {tool}");
+    must(robot, path_to(CLEARANCE_M - tool.x, -tool.y, 0.0));
+}
+
+/// Closes the fingers on the bottle and raises it by 0.2 m.
+pub(crate) fn grasp_and_raise(robot: &mut dyn Robot) {
+    let grip = GripperGoal {
+        opening: 0.0,
+        force_n: 30.0,
+    };
+    must(robot, Command::Gripper(grip));
     let state = robot.state().unwrap();
     assert!(
         state.gripper_opening > 0.2,
         "closed on nothing: {}",
         state.gripper_opening
     );
-    assert!(
-        state
-            .pad_forces_n
-            .iter()
-            .filter(|force| **force > 3.0)
-            .count()
-            >= 2,
-        "{state:?}"
-    );
+    let n_pads = state.pad_forces_n.iter().filter(|force| **force > 3.0).count();
+    assert!(n_pads >= 2, "{state:?}");
     let raise = move_to(robot, state.lift_m + 0.2, &state.arm_positions, 4.0);
     must(robot, Command::Joints(raise));
+}
+
+fn at_the_bottle(fault: Option<Fault>) -> SimRobot {
+    let (seed, x, y) = near_bottle();
+    let config = WorldConfig {
+        fault,
+        ..config(seed)
+    };
+    let mut robot = starting_at(config, x, y - CLEARANCE_M, std::f64::consts::FRAC_PI_2);
+    reach_for_the_bottle(&mut robot);
+    robot
 }
 
 #[test]
