@@ -261,7 +261,9 @@ impl State {
     /// # Errors
     /// [`PhysicsError::Diverged`], [`PhysicsError::Full`] or [`PhysicsError::SingularInertia`] when
     /// physics broke down (auto-reset is off, so nothing is hidden); [`PhysicsError::Engine`] when
-    /// MuJoCo failed, after which the state is [`PhysicsError::Discarded`].
+    /// MuJoCo failed, after which the state is [`PhysicsError::Discarded`]. What is found before the
+    /// step (bad positions or velocities) leaves the state as it was; what is found in it (bad
+    /// accelerations or controls, dropped contacts) leaves a state to restore, not to go on from.
     pub fn step(&mut self) -> Result<(), PhysicsError> {
         self.run(engine::fct_step, "mj_step")
     }

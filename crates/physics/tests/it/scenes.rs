@@ -323,6 +323,7 @@ fn robosuite_arms_attach_unchanged() -> Result<(), PhysicsError> {
         };
         scene.attach(&part, &at, false)?;
         let model = scene.compile()?;
+        assert!(scene.xml()?.contains("arm/"));
         let alone = Model::from_mjcf_file(&file)?;
         assert_eq!(model.n_v(), n_joints + 1, "{robot}");
         for body in alone.body_names().iter().skip(1) {
