@@ -6,7 +6,8 @@
 //! | `cargo test` | `test result: ok. 11 passed; 1 failed; 2 ignored; 0 measured; 0 filtered out; ...` |
 //! | Node's test runner | `# pass 11`, `# fail 1`, `# skipped 2`, the first character varying with the reporter |
 //! | Vitest | `Tests  1 failed \| 11 passed \| 2 skipped (14)` |
-//! | Playwright Test | `11 passed (3.1s)`, `1 failed`, `2 skipped`, each on its own line |
+//!
+//! Each runner is read for its own lines alone: nextest repeats what a failed test printed, `test result:` included.
 
 use std::fmt;
 use std::ops::AddAssign;
@@ -18,6 +19,17 @@ pub(crate) struct Tally {
     pub(crate) n_passed: u64,
     pub(crate) n_failed: u64,
     pub(crate) n_skipped: u64,
+}
+
+/// Who prints the counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Runner {
+    /// cargo-nextest.
+    Nextest,
+    /// `cargo test`.
+    Cargo,
+    /// The page's scripts, which use Node's runner or Vitest.
+    Page,
 }
 
 impl Tally {
@@ -46,26 +58,20 @@ impl Tally {
     }
 
     /// The counts in one line of a runner's output, if it is a line with counts.
-    pub(crate) fn from_line(line: &str) -> Option<Self> {
+    pub(crate) fn from_line(runner: Runner, line: &str) -> Option<Self> {
         let line = line.trim();
-        let counts = line
-            .strip_prefix("test result:")
-            .or_else(|| {
-                line.strip_prefix("Summary [")
-                    .and_then(|rest| Some(rest.split_once("tests run:")?.1))
-            })
-            .or_else(|| {
-                line.strip_prefix("Summary [")
-                    .and_then(|rest| Some(rest.split_once("test run:")?.1))
-            })
-            .or_else(|| {
-                line.strip_prefix("Tests ")
-                    .filter(|rest| rest.ends_with(')'))
-            });
-        if let Some(counts) = counts {
-            return Some(Self::from_counts(counts));
+        match runner {
+            Runner::Nextest => {
+                let (_, counts) = line.strip_prefix("Summary [")?.split_once(" run: ")?;
+                Some(Self::from_counts(counts))
+            }
+            Runner::Cargo => line.strip_prefix("test result:").map(Self::from_counts),
+            Runner::Page => line
+                .strip_prefix("Tests ")
+                .filter(|rest| rest.ends_with(')'))
+                .map(Self::from_counts)
+                .or_else(|| Self::from_node_line(line)),
         }
-        Self::from_node_line(line).or_else(|| Self::from_playwright_line(line))
     }
 
     /// Sums `N passed`, `N failed`, `N timed out`, `N skipped` and `N ignored` in a list with any separators.
@@ -108,30 +114,6 @@ impl Tally {
             _ => None,
         }
     }
-
-    fn from_playwright_line(line: &str) -> Option<Self> {
-        let mut words = line.split_whitespace();
-        let (number, word) = (words.next()?.parse().ok()?, words.next()?);
-        let rest = words.next();
-        let whole = rest.is_none_or(|rest| rest.starts_with('(') && rest.ends_with(')'))
-            && words.next().is_none();
-        let none = Self::default();
-        match word {
-            "passed" if whole => Some(Self {
-                n_passed: number,
-                ..none
-            }),
-            "failed" if whole => Some(Self {
-                n_failed: number,
-                ..none
-            }),
-            "skipped" if whole => Some(Self {
-                n_skipped: number,
-                ..none
-            }),
-            _ => None,
-        }
-    }
 }
 
 impl AddAssign for Tally {
@@ -156,79 +138,90 @@ impl fmt::Display for Tally {
 mod tests {
     use super::*;
 
-    fn check(line: &str, n_passed: u64, n_failed: u64, n_skipped: u64) {
-        assert_eq!(
-            Tally::from_line(line),
-            Some(Tally {
-                n_passed,
-                n_failed,
-                n_skipped
-            }),
-            "{line}"
-        );
+    fn check(runner: Runner, line: &str, n_passed: u64, n_failed: u64, n_skipped: u64) {
+        let tally = Tally {
+            n_passed,
+            n_failed,
+            n_skipped,
+        };
+        assert_eq!(Tally::from_line(runner, line), Some(tally), "{line}");
     }
 
     #[test]
     fn each_runners_counts_are_read() {
+        use Runner::{Cargo, Nextest, Page};
         check(
+            Nextest,
             "     Summary [   1.204s] 12 tests run: 11 passed (1 slow), 1 failed, 2 skipped",
             11,
             1,
             2,
         );
         check(
+            Nextest,
             "     Summary [   0.010s] 1 test run: 1 passed, 0 skipped",
             1,
             0,
             0,
         );
         check(
+            Nextest,
             "     Summary [  60.0s] 5 tests run: 3 passed, 1 failed, 1 timed out, 0 skipped",
             3,
             2,
             0,
         );
         check(
+            Nextest,
             "     Summary [   9.9s] 4/5 tests run: 3 passed, 1 failed, 0 skipped",
             3,
             1,
             0,
         );
         check(
-            "test result: ok. 7 passed; 0 failed; 3 ignored; 0 measured; 0 filtered out; finished in 0.1s",
+            Cargo,
+            "test result: ok. 7 passed; 0 failed; 3 ignored; 0 measured; 0 filtered out",
             7,
             0,
             3,
         );
         check(
-            "test result: FAILED. 7 passed; 2 failed; 0 ignored; 0 measured; 0 filtered out",
+            Cargo,
+            "test result: FAILED. 7 passed; 2 failed; 0 ignored; 0 measured",
             7,
             2,
             0,
         );
-        check("# pass 4", 4, 0, 0);
-        check("ℹ fail 1", 0, 1, 0);
+        check(Page, "# pass 4", 4, 0, 0);
+        check(Page, "ℹ fail 1", 0, 1, 0);
         check(
+            Page,
             "      Tests  1 failed | 11 passed | 2 skipped (14)",
             11,
             1,
             2,
         );
-        check("  5 passed (3.1s)", 5, 0, 0);
-        check("  1 failed", 0, 1, 0);
+    }
+
+    #[test]
+    fn what_a_failed_test_printed_is_not_counted_again() {
+        let repeated = "    test result: FAILED. 0 passed; 1 failed; 0 ignored";
+        assert_eq!(Tally::from_line(Runner::Nextest, repeated), None);
     }
 
     #[test]
     fn other_lines_are_not_counts() {
-        for line in [
-            "",
-            "PASS [ 0.1s] factotum-geometry poses_compose",
-            "10 passed over the table",
-            "# tests 4",
-            "error: test failed, to rerun pass `--lib`",
-            "Test Files  1 passed (1)",
+        for (runner, line) in [
+            (Runner::Nextest, ""),
+            (
+                Runner::Nextest,
+                "PASS [ 0.1s] factotum-geometry poses_compose",
+            ),
+            (Runner::Cargo, "error: test failed, to rerun pass `--lib`"),
+            (Runner::Page, "# tests 4"),
+            (Runner::Page, "Test Files  1 passed (1)"),
         ] {
-            assert_eq!(Tally::from_line(line), None, "{line}");
+            assert_eq!(Tally::from_line(runner, line), None, "{line}");
         }
     }
 

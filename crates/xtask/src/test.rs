@@ -11,7 +11,7 @@ use anyhow::Result;
 
 use crate::process;
 use crate::setup::{self, Wanted};
-use crate::tally::Tally;
+use crate::tally::{Runner, Tally};
 use crate::workspace::Workspace;
 
 /// The page's own scripts that test something, in the order in which a failure says most.
@@ -82,13 +82,13 @@ fn rust_tests(workspace: &Workspace, choice: &Choice) -> Result<Tally> {
     } else {
         &["--workspace"]
     };
-    let mut command = if process::find_on_path("cargo-nextest").is_some() {
+    if process::find_on_path("cargo-nextest").is_some() {
         let mut command = workspace.cargo(&["nextest", "run", "--no-fail-fast", "--no-tests=pass"]);
         command
             .args(scope)
             .args(&choice.options)
             .args(&choice.filters);
-        command
+        counted(Runner::Nextest, &mut command)
     } else {
         // Libraries, programs and integration tests; documentation tests have their own turn.
         let mut command = workspace.cargo(&["test", "--no-fail-fast", "--tests"]);
@@ -97,13 +97,15 @@ fn rust_tests(workspace: &Workspace, choice: &Choice) -> Result<Tally> {
             .args(&choice.options)
             .arg("--")
             .args(&choice.filters);
-        command
-    };
-    counted(&mut command)
+        counted(Runner::Cargo, &mut command)
+    }
 }
 
 fn documentation_tests(workspace: &Workspace) -> Result<Tally> {
-    counted(&mut workspace.cargo(&["test", "--doc", "--workspace", "--no-fail-fast"]))
+    counted(
+        Runner::Cargo,
+        &mut workspace.cargo(&["test", "--doc", "--workspace", "--no-fail-fast"]),
+    )
 }
 
 fn page_tests(workspace: &Workspace) -> Result<Tally> {
@@ -135,14 +137,14 @@ fn page_tests(workspace: &Workspace) -> Result<Tally> {
             }
             None => {}
         }
-        sum += counted(&mut npm)?;
+        sum += counted(Runner::Page, &mut npm)?;
     }
     Ok(sum)
 }
 
 /// Runs a test command and sums the counts it prints; one that prints none counts as a single test, and one that fails
 /// without a failed test (it did not build, say) as one failure more.
-fn counted(command: &mut Command) -> Result<Tally> {
+fn counted(runner: Runner, command: &mut Command) -> Result<Tally> {
     if std::io::stderr().is_terminal() {
         command
             .env("CARGO_TERM_COLOR", "always")
@@ -150,7 +152,7 @@ fn counted(command: &mut Command) -> Result<Tally> {
     }
     let mut printed: Option<Tally> = None;
     let status = process::watch(command, |line| {
-        if let Some(counts) = Tally::from_line(line) {
+        if let Some(counts) = Tally::from_line(runner, line) {
             *printed.get_or_insert_default() += counts;
         }
     })?;
@@ -205,7 +207,7 @@ mod tests {
         let mut command = Command::new("sh");
         command.args(["-c", "echo 'test result: ok. 2 passed; 0 failed'; echo 'test result: ok. 3 passed; 0 failed'"]);
         assert_eq!(
-            counted(&mut command).unwrap(),
+            counted(Runner::Cargo, &mut command).unwrap(),
             Tally {
                 n_passed: 5,
                 n_failed: 0,

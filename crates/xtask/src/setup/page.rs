@@ -80,7 +80,7 @@ fn build(workspace: &Workspace, web: &Path) -> Result<bool> {
     for file in workspace
         .files()?
         .iter()
-        .filter(|file| file.starts_with("web/"))
+        .filter(|file| file.starts_with("web/") && !file.starts_with("web/tests/"))
     {
         let bytes =
             fs::read(workspace.path(file)).with_context(|| format!("cannot read {file}"))?;
