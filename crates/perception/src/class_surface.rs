@@ -8,7 +8,8 @@ use std::f64::consts::{PI, TAU};
 
 use factotum_descriptions::ObjectClass;
 use factotum_geometry::cloud::PointCloud;
-use factotum_physics::{BodyId, GeomShape, Model, PhysicsError, State};
+pub use factotum_physics::PhysicsError;
+use factotum_physics::{BodyId, GeomShape, Model, State};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 
 use crate::articulation::ArticulatedModel;
@@ -16,6 +17,9 @@ use crate::detect::ClassModel;
 
 /// Distance between samples, metres: finer than the detector's voxels it thins them to is waste.
 const SPACING_M: f64 = 0.01;
+
+/// Fewest samples of the fixed part by which an articulated object can be recognised.
+const N_FIXED_MIN: usize = 60;
 
 /// A sample: a point of the surface and the outward normal there.
 type Sample = (Point3<f64>, UnitVector3<f64>);
@@ -36,7 +40,19 @@ impl ClassAppearance {
     /// [`PhysicsError`] if the model does not load or lacks a joint or link that the class names.
     pub fn load(class: &ObjectClass, usual: &BTreeMap<String, f64>) -> Result<Self, PhysicsError> {
         let physics = Model::from_mjcf_file(&class.model)?;
-        let whole = surface(&physics, usual, |_| true)?;
+        // Links move, so an articulated object is recognised by the part that does not, if that is enough of it.
+        let moving: Vec<BodyId> = class
+            .joints
+            .iter()
+            .map(|joint| Ok(physics.bodies_of_subtree(physics.body(&joint.link)?)))
+            .collect::<Result<Vec<_>, PhysicsError>>()?
+            .concat();
+        let fixed = surface(&physics, usual, |body| !moving.contains(&body))?;
+        let whole = if fixed.len() >= N_FIXED_MIN {
+            fixed
+        } else {
+            surface(&physics, usual, |_| true)?
+        };
         let mut joints = BTreeMap::new();
         for joint in &class.joints {
             let moving = physics.bodies_of_subtree(physics.body(&joint.link)?);

@@ -38,8 +38,10 @@ pub struct DetectParams {
     pub n_points_min: usize,
     /// Points are thinned to one per voxel of this edge (m).
     pub voxel_m: f64,
-    /// Most points of the observation and of the model that are used.
+    /// Most points of the observation that are used.
     pub n_points_max: usize,
+    /// Most samples of a model that are used. Their spacing bounds how small a feature (a handle) can tell.
+    pub n_samples_max: usize,
     /// Points farther than this from the model count as not explained (m).
     pub outlier_m: f64,
     /// Headings tried for a class that stands upright.
@@ -53,7 +55,8 @@ impl Default for DetectParams {
         Self {
             n_points_min: 12,
             voxel_m: 0.005,
-            n_points_max: 300,
+            n_points_max: 400,
+            n_samples_max: 4000,
             outlier_m: 0.015,
             n_yaw_starts: 12,
             fitness_min: 0.5,
@@ -115,7 +118,12 @@ pub enum DetectError {
 pub struct Detector {
     params: DetectParams,
     models: Vec<ClassModel>,
+    /// The same models with [`N_SAMPLES_ROUGH`] samples, in the same order.
+    rough_models: Vec<ClassModel>,
 }
+
+/// Samples of a model for the first look at a start.
+const N_SAMPLES_ROUGH: usize = 600;
 
 /// A model laid onto the points of an instance.
 struct Fit {
@@ -136,7 +144,7 @@ struct View<'a> {
 }
 
 impl Detector {
-    /// Detector for these classes; samples beyond [`DetectParams::n_points_max`] are thinned evenly.
+    /// Detector for these classes; samples beyond [`DetectParams::n_samples_max`] are thinned evenly.
     ///
     /// # Errors
     /// [`DetectError`] when a model has too few points or no normals, or a name comes twice.
@@ -159,13 +167,20 @@ impl Detector {
             if thinned.iter().any(|other| other.name == model.name) {
                 return Err(DetectError::RepeatedClass { class: model.name });
             }
-            // The model is two-sided, of which at most half is seen at once.
-            let surface = evenly(&model.surface, 4 * params.n_points_max);
+            let surface = evenly(&model.surface, params.n_samples_max);
             thinned.push(ClassModel { surface, ..model });
         }
+        let rough_models = thinned
+            .iter()
+            .map(|model| ClassModel {
+                surface: evenly(&model.surface, N_SAMPLES_ROUGH),
+                ..model.clone()
+            })
+            .collect();
         Ok(Self {
             params,
             models: thinned,
+            rough_models,
         })
     }
 
@@ -190,7 +205,8 @@ impl Detector {
 
     fn detect_label(&self, frame: &DepthFrame, label: u16) -> Option<Detection> {
         let class = &frame.label_classes[usize::from(label) - 1];
-        let model = self.models.iter().find(|model| model.name == *class)?;
+        let model_idx = self.models.iter().position(|model| model.name == *class)?;
+        let model = &self.models[model_idx];
         let seen = frame.cloud_in_base(|l| l == label);
         if seen.len() < self.params.n_points_min {
             return None;
@@ -210,7 +226,7 @@ impl Detector {
         if view.points.len() < self.params.n_points_min {
             return None;
         }
-        let best = self.best_fit(model, &view)?;
+        let best = self.best_fit(model, &self.rough_models[model_idx], &view)?;
         (best.fitness >= self.params.fitness_min).then(|| Detection {
             class: model.name.clone(),
             label,
@@ -225,7 +241,12 @@ impl Detector {
     }
 
     /// The best of all starts: each is tried on few points, the most promising on all.
-    fn best_fit(&self, model: &ClassModel, view: &View<'_>) -> Option<Fit> {
+    fn best_fit(
+        &self,
+        model: &ClassModel,
+        rough_model: &ClassModel,
+        view: &View<'_>,
+    ) -> Option<Fit> {
         /// Points for the first look at a start.
         const N_POINTS_ROUGH: usize = 80;
         /// Starts that are looked at closely.
@@ -237,8 +258,8 @@ impl Detector {
         };
         let mut tried: Vec<Fit> = starts
             .into_iter()
-            .filter_map(|turn| start_pose(model, &rough, turn))
-            .filter_map(|start| self.fit(model, &rough, start, &[8.0, 3.0]))
+            .filter_map(|turn| start_pose(rough_model, &rough, turn))
+            .filter_map(|start| self.fit(rough_model, &rough, start, &[8.0, 3.0]))
             .collect();
         // Stable: of equal fits the earlier start comes first.
         tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -467,7 +488,7 @@ pub(crate) fn pixel_of(
     let row = (frame.fy * point_in_optical.y / point_in_optical.z + frame.cy).round();
     let is_inside =
         column >= 0.0 && row >= 0.0 && column < frame.width as f64 && row < frame.height as f64;
-    is_inside.then(|| (column as usize, row as usize))
+    is_inside.then_some((column as usize, row as usize))
 }
 
 /// Mean squared distance between neighbouring samples of a model (m²), assuming them spread evenly.

@@ -68,7 +68,6 @@ fn a_door_is_read_within_two_degrees() {
         let found = model
             .joint_state_from_cloud(&points, &root, &ArticulationParams::default())
             .unwrap();
-        eprintln!("STAT door {truth} -> {found:?}");
         assert!((found.position - truth).abs() < 0.035, "{truth}: {found:?}");
         assert!(
             found.rms_m < 0.01 && found.n_moving_points > 50,
@@ -94,7 +93,6 @@ fn a_drawer_is_read_within_a_centimetre() {
         let found = model
             .joint_state_from_cloud(&points, &root, &ArticulationParams::default())
             .unwrap();
-        eprintln!("STAT drawer {truth} -> {found:?}");
         assert!((found.position - truth).abs() < 0.01, "{truth}: {found:?}");
     }
 }

@@ -31,11 +31,6 @@ fn a_home_is_mapped_despite_odometry() {
         let worst = found
             .iter()
             .fold((0.0f64, 0.0f64), |w, f| (w.0.max(f.0), w.1.max(f.1)));
-        eprintln!(
-            "STAT slam scale {scale} seed {seed}: worst {worst:?} last {:?} {overlap:?} keyframes {}",
-            found[found.len() - 1],
-            slam.n_keyframes()
-        );
         assert!(overlap.free_iou > 0.9, "odometry {scale}: {overlap:?}");
         assert!(
             overlap.occupied_precision > 0.9 && overlap.occupied_recall > 0.8,
