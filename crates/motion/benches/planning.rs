@@ -156,9 +156,7 @@ fn joint_path(bencher: Bencher<'_, '_>, name: &str) {
 /// A wall with a window off the straight way, in the space of the Panda's joints; a check costs nothing.
 #[divan::bench(sample_count = 1000, sample_size = 1)]
 fn rrt_connect_wall(bencher: Bencher<'_, '_>) {
-    let lower = [
-        -2.9671, -1.8326, -2.9671, -3.1416, -2.9671, -0.0873, -2.9671,
-    ];
+    let lower = [-2.967, -1.833, -2.967, -3.1, -2.967, -0.087, -2.967];
     let upper = [2.9671, 1.8326, 2.9671, 0.0873, 2.9671, 3.8223, 2.9671];
     let limits = lower
         .iter()

@@ -24,6 +24,32 @@
 //! | [`base_path`] | paths of the base on an inflated occupancy grid |
 //! | [`grasps`] | tool poses from class grasps and from point clouds |
 //!
+//! ```no_run
+//! use factotum_descriptions::RobotDescription;
+//! use factotum_motion::{
+//!     IkOptions, IkOutcome, PathOutcome, PlanLimits, PlanningScene, RobotModel, plan_joints, solve_ik,
+//!     time_path,
+//! };
+//! use rand::SeedableRng;
+//!
+//! let description = RobotDescription::load("assets/robots/movo".as_ref())?;
+//! let robot = RobotModel::load(&description)?;
+//! let mut scene = PlanningScene::new(&robot, &[], None)?;
+//! let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+//! let target = robot.chain().base_from_tcp(&robot.q_ready());
+//! let start = robot.q_rest();
+//! let seeds = [start.clone()];
+//! if let IkOutcome::Solved(goal) =
+//!     solve_ik(&mut scene, &target, &seeds, &IkOptions::default(), &mut rng)
+//!     && let PathOutcome::Solved(plan) =
+//!         plan_joints(&mut scene, &start, &[goal.q], &PlanLimits::default(), &mut rng)
+//! {
+//!     let trajectory = time_path(&robot, &plan.path, 0.5)?;
+//!     assert!(trajectory.duration_secs() > 0.0);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Searches are bounded by explicit caps and say which cap ended them; "no path" is an outcome, not an
 //! error. Everything is deterministic given the random generator that is passed in.
 

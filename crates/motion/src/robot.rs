@@ -295,4 +295,6 @@ fn find_always_touching(
 }
 
 #[cfg(test)]
+mod real_models;
+#[cfg(test)]
 mod tests;

@@ -153,7 +153,7 @@ impl PlanningScene {
     ///
     /// # Panics
     /// When `q` does not have one value per chain joint.
-    pub fn base_from_tcp(&mut self, q: &[f64]) -> Pose {
+    pub fn base_from_tcp(&self, q: &[f64]) -> Pose {
         self.robot.chain().base_from_tcp(q)
     }
 
@@ -161,7 +161,7 @@ impl PlanningScene {
     ///
     /// # Panics
     /// When `q` does not have one value per chain joint.
-    pub fn jacobian(&mut self, q: &[f64]) -> Matrix6xX<f64> {
+    pub fn jacobian(&self, q: &[f64]) -> Matrix6xX<f64> {
         self.robot.chain().jacobian(q)
     }
 
@@ -169,7 +169,7 @@ impl PlanningScene {
     ///
     /// # Panics
     /// When `q` does not have one value per chain joint.
-    pub fn manipulability(&mut self, q: &[f64]) -> f64 {
+    pub fn manipulability(&self, q: &[f64]) -> f64 {
         manipulability::manipulability(&self.robot.chain().jacobian(q), self.robot.limits(), q)
     }
 

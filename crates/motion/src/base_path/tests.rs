@@ -275,6 +275,7 @@ fn headings_turn_evenly_the_short_way_or_follow_the_path() {
 
 /// The Willow Garage building, if it is there: a path from one end to the other.
 #[test]
+#[expect(clippy::print_stdout, reason = "a skipped test says why")]
 fn a_path_across_a_real_building() {
     let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../../shared/data/maps/willow-full-0.05.yaml");

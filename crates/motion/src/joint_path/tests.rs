@@ -78,6 +78,15 @@ fn paths_between_free_configurations_are_found_and_free() {
             PathOutcome::Solved(plan) => {
                 assert_good(&robot, &plan.path, start, goal, &mut scene);
                 assert!(plan.stats.length <= plan.stats.length_found + 1e-9);
+                // Rounded corners included, the timed motion is free as well.
+                let trajectory = crate::time_path(&robot, &plan.path, 1.0).unwrap();
+                for i in 0..=1000 {
+                    let time_secs = trajectory.duration_secs() * f64::from(i) / 1000.0;
+                    assert_eq!(
+                        scene.collision(&trajectory.sample(time_secs).positions),
+                        None
+                    );
+                }
             }
             other => panic!("{other:?}"),
         }
@@ -153,10 +162,10 @@ fn why_there_is_no_path_is_said() {
     };
     let has_block = |(a, b): &(String, String)| a == "block" || b == "block";
     assert!(
-        matches!(plan(&ready, &[rest.clone()]), PathOutcome::StartInCollision(pair) if has_block(&pair))
+        matches!(plan(&ready, std::slice::from_ref(&rest)), PathOutcome::StartInCollision(pair) if has_block(&pair))
     );
     assert!(
-        matches!(plan(&rest, &[ready.clone()]), PathOutcome::GoalInCollision(pair) if has_block(&pair))
+        matches!(plan(&rest, std::slice::from_ref(&ready)), PathOutcome::GoalInCollision(pair) if has_block(&pair))
     );
     let mut high = rest.clone();
     high[0] = 2.0;

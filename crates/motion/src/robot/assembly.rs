@@ -33,7 +33,6 @@ pub(crate) fn add_robot(
         let mut options = AttachOptions {
             urdf: UrdfOptions {
                 package_dirs: part.package_dirs.clone(),
-                ..UrdfOptions::default()
             },
             ..AttachOptions::default()
         };

@@ -62,13 +62,7 @@ pub fn rrt_star(
                 .is_none_or(|best| cost < star.costs[best.node]);
             if distance <= options.range
                 && improves
-                && is_motion_valid(
-                    space,
-                    validity,
-                    &star.tree.q(new).to_vec(),
-                    goal,
-                    options.step,
-                )
+                && is_motion_valid(space, validity, star.tree.q(new), goal, options.step)
             {
                 best = Some(Arrival {
                     node: star.add(goal, new, distance),

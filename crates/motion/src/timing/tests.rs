@@ -86,11 +86,13 @@ proptest! {
             prop_assert!(off <= options.blend_deviation_rad + options.simplify_rad + 1e-9, "{off}");
         }
         let (start, end) = (motion.at(0.0), motion.at(motion.duration_secs()));
-        for i in 0..3 {
-            prop_assert!((start.positions[i] - path[0][i]).abs() < 1e-9);
-            prop_assert!((end.positions[i] - path[path.len() - 1][i]).abs() < 1e-6);
-            prop_assert!(start.velocities[i].abs() < 1e-9 && end.velocities[i].abs() < 1e-6);
-        }
+        let off = |a: &[f64], b: &[f64]| {
+            a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        };
+        prop_assert!(off(&start.positions, &path[0]) < 1e-9);
+        prop_assert!(off(&end.positions, &path[path.len() - 1]) < 1e-6);
+        prop_assert!(off(&start.velocities, &[0.0; 3]) < 1e-9);
+        prop_assert!(off(&end.velocities, &[0.0; 3]) < 1e-6);
     }
 
     #[test]
@@ -103,9 +105,11 @@ proptest! {
         for i in 0..=500 {
             let time_secs = motion.duration_secs() * f64::from(i) / 500.0;
             let (a, b) = (trajectory.sample(time_secs), motion.at(time_secs));
-            for j in 0..3 {
-                prop_assert!((a.positions[j] - b.positions[j]).abs() < 1e-4);
-                prop_assert!(a.velocities[j].abs() <= limits[j].velocity * 1.01);
+            for (a, b) in a.positions.iter().zip(&b.positions) {
+                prop_assert!((a - b).abs() < 1e-4);
+            }
+            for (velocity, limit) in a.velocities.iter().zip(&limits) {
+                prop_assert!(velocity.abs() <= limit.velocity * 1.01);
             }
         }
     }

@@ -53,8 +53,7 @@ fn success(
 #[test]
 fn reachable_poses_are_reached() {
     for arm in test_arms::all() {
-        let (share, n_descents, n_iterations) = success(&arm, 200, 60, &OPTIONS);
-        println!("{share} {n_descents} {n_iterations}");
+        let (share, n_descents, _) = success(&arm, 200, 60, &OPTIONS);
         assert!(
             share >= 0.995,
             "{share} of the poses reached, {n_descents} descents each"
