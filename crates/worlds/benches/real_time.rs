@@ -74,12 +74,10 @@ fn tool_under_impedance(bencher: divan::Bencher<'_, '_>) {
 #[divan::bench(sample_count = 20, sample_size = 1)]
 fn one_laser_scan(bencher: divan::Bencher<'_, '_>) {
     let mut robot = household();
-    bencher
-        .with_inputs(|| ())
-        .bench_local_values(|()| {
-            robot.wait(0.1)?;
-            robot.scan()
-        });
+    bencher.with_inputs(|| ()).bench_local_values(|()| {
+        robot.wait(0.1)?;
+        robot.scan()
+    });
 }
 
 #[divan::bench(sample_count = 20, sample_size = 1)]

@@ -81,10 +81,10 @@ pub enum WorldError {
     /// A grid could not be made.
     #[error("true map: {0}")]
     Grid(#[from] GridError),
-    /// A snapshot of another world.
-    #[error("snapshot does not fit this world: {reason}")]
+    /// A snapshot cannot be written or read.
+    #[error("snapshot: {reason}")]
     Snapshot {
-        /// What differs.
+        /// What stands against it.
         reason: String,
     },
 }

@@ -5,6 +5,7 @@ mod base;
 mod commands;
 mod grip;
 mod lift;
+mod stored;
 
 use std::collections::BTreeMap;
 
@@ -16,7 +17,7 @@ use factotum_geometry::frames::planar_from_pose;
 use factotum_geometry::grid::OccupancyGrid;
 use factotum_geometry::sensing::{DepthFrame, LaserScan};
 use factotum_geometry::{Pose, Pose2};
-use factotum_physics::{BodyId, State};
+use factotum_physics::{BodyId, Snapshot, State};
 use nalgebra::{Point2, Vector3, Vector6};
 use rand_chacha::ChaCha8Rng;
 
@@ -36,6 +37,9 @@ use arm::ArmControl;
 use base::BaseControl;
 use grip::{GripControl, GripperScale};
 use lift::LiftControl;
+use stored::Reader;
+
+pub(crate) use stored::{Writer, visit};
 
 /// Time in which objects come to rest and the robot takes its posture before the world begins, seconds.
 const SETTLE_SECS: f64 = 0.5;
@@ -330,6 +334,25 @@ impl SimRobot {
         self.live = snapshot.live.clone();
         self.failed = None;
         Ok(())
+    }
+
+    /// Reads a snapshot that [`WorldSnapshot::to_bytes`] wrote, of a world made from the same configuration.
+    ///
+    /// # Errors
+    /// [`WorldError::Snapshot`] if the bytes are cut short, of another version or of another world.
+    pub fn read_snapshot(&self, bytes: &[u8]) -> Result<WorldSnapshot, WorldError> {
+        let wrong = |reason| WorldError::Snapshot { reason };
+        let mut reader = Reader(bytes);
+        let mut live = self.live.clone();
+        live.statuses.clear();
+        let mut values = Vec::new();
+        visit(&mut reader, &mut values, &mut live).map_err(wrong)?;
+        if !reader.0.is_empty() {
+            return Err(wrong(format!("{} bytes too many", reader.0.len())));
+        }
+        let physics = Snapshot::from_values(&self.assembly.model, values)
+            .map_err(|error| wrong(error.to_string()))?;
+        Ok(WorldSnapshot { physics, live })
     }
 
     /// The physics, for tests that must bring about what they judge.

@@ -1,4 +1,8 @@
 //! The control laws on small arms in physics, and as pure functions.
+#![expect(
+    clippy::unwrap_used,
+    reason = "helpers of tests, which may panic like the tests themselves"
+)]
 
 mod base_tracking;
 mod gripper;

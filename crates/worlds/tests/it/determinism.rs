@@ -78,3 +78,34 @@ fn how_time_is_cut_does_not_matter() {
     };
     assert_eq!(run(&[0.3]), run(&[0.1, 0.0005, 0.0995, 0.1]));
 }
+
+#[test]
+fn a_stored_world_goes_on_exactly() {
+    let mut robot = noisy(11);
+    begin(&mut robot);
+    let error = robot.snapshot().to_bytes().unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "snapshot: motion 1 is under way; wait for it or stop it"
+    );
+    robot.stop().unwrap();
+    robot.scan().unwrap();
+    robot.wait(0.05).unwrap();
+    let bytes = robot.snapshot().to_bytes().unwrap();
+    let first = go_on(&mut robot);
+    let mut fresh = noisy(11);
+    let snapshot = fresh.read_snapshot(&bytes).unwrap();
+    fresh.restore(&snapshot).unwrap();
+    assert_eq!(go_on(&mut fresh), first);
+    assert_eq!(snapshot.to_bytes().unwrap(), bytes);
+}
+
+#[test]
+fn broken_bytes_are_refused() {
+    let robot = noisy(11);
+    let bytes = robot.snapshot().to_bytes().unwrap();
+    let reason = |bytes: &[u8]| robot.read_snapshot(bytes).unwrap_err().to_string();
+    assert!(reason(&bytes[..bytes.len() / 2]).ends_with("the bytes end too early"));
+    assert!(reason(b"not a world at all").contains("do not begin"));
+    assert!(reason(&[&bytes[..], &[0; 8]].concat()).ends_with("8 bytes too many"));
+}

@@ -1,4 +1,8 @@
 //! The simulated robot in the household.
+#![expect(
+    clippy::unwrap_used,
+    reason = "helpers of tests, which may panic like the tests themselves"
+)]
 
 mod determinism;
 mod faults;

@@ -43,7 +43,11 @@ pub(crate) fn grasp_and_raise(robot: &mut dyn Robot) {
         "closed on nothing: {}",
         state.gripper_opening
     );
-    let n_pads = state.pad_forces_n.iter().filter(|force| **force > 3.0).count();
+    let n_pads = state
+        .pad_forces_n
+        .iter()
+        .filter(|force| **force > 3.0)
+        .count();
     assert!(n_pads >= 2, "{state:?}");
     let raise = move_to(robot, state.lift_m + 0.2, &state.arm_positions, 4.0);
     must(robot, Command::Joints(raise));

@@ -4,9 +4,7 @@ use std::io::{BufRead as _, BufReader, Write as _};
 use std::net::TcpStream;
 use std::process::Child;
 
-use factotum_control::{
-    Command, MotionId, MotionStatus, Robot, RobotError, RobotState, Stamped,
-};
+use factotum_control::{Command, MotionId, MotionStatus, Robot, RobotError, RobotState, Stamped};
 use factotum_descriptions::RobotDescription;
 use factotum_geometry::sensing::{DepthFrame, LaserScan};
 use serde_json::{Value, json};
@@ -32,7 +30,10 @@ impl RemoteRobot {
 
     /// Where the bottle really is: for the test, not for the robot.
     pub(crate) fn bottle_height(&mut self) -> f64 {
-        self.call(&json!({ "call": "bottle_height" })).unwrap().as_f64().unwrap()
+        self.call(&json!({ "call": "bottle_height" }))
+            .unwrap()
+            .as_f64()
+            .unwrap()
     }
 
     pub(crate) fn kill(&mut self) {
@@ -93,15 +94,22 @@ impl Robot for RemoteRobot {
     }
 
     fn scan(&mut self) -> Result<Stamped<LaserScan>, RobotError> {
-        Ok(wire::stamped_from(&self.call(&json!({ "call": "scan" }))?, wire::scan_from))
+        Ok(wire::stamped_from(
+            &self.call(&json!({ "call": "scan" }))?,
+            wire::scan_from,
+        ))
     }
 
     fn look(&mut self) -> Result<Stamped<DepthFrame>, RobotError> {
-        Ok(wire::stamped_from(&self.call(&json!({ "call": "look" }))?, wire::frame_from))
+        Ok(wire::stamped_from(
+            &self.call(&json!({ "call": "look" }))?,
+            wire::frame_from,
+        ))
     }
 
     fn wait(&mut self, secs: f64) -> Result<(), RobotError> {
-        self.call(&json!({ "call": "wait", "secs": secs })).map(drop)
+        self.call(&json!({ "call": "wait", "secs": secs }))
+            .map(drop)
     }
 
     fn stop(&mut self) -> Result<(), RobotError> {

@@ -78,13 +78,22 @@ fn a_robot_in_another_process_fetches_the_bottle() {
 
     let first = robot.state().unwrap();
     let second = robot.state().unwrap();
-    assert!((second.time_secs - first.time_secs - LATENCY_SECS).abs() < 1e-6, "time goes on");
+    assert!(
+        (second.time_secs - first.time_secs - LATENCY_SECS).abs() < 1e-6,
+        "time goes on"
+    );
 
     let scan = robot.scan().unwrap();
     assert!(scan.data.hits_in_base().len() > 300);
     let frame = robot.look().unwrap();
     frame.data.check().unwrap();
-    assert!(frame.data.label_classes.iter().any(|class| class == "bottle"));
+    assert!(
+        frame
+            .data
+            .label_classes
+            .iter()
+            .any(|class| class == "bottle")
+    );
 
     reach_for_the_bottle(&mut robot);
     grasp_and_raise(&mut robot);
@@ -95,13 +104,24 @@ fn a_robot_in_another_process_fetches_the_bottle() {
 #[test]
 fn refusals_and_silence_come_through() {
     let mut robot = remote_robot(1, 3.3, 1.2);
-    let hard = GripperGoal { opening: 0.0, force_n: 400.0 };
+    let hard = GripperGoal {
+        opening: 0.0,
+        force_n: 400.0,
+    };
     assert_eq!(
         robot.send(Command::Gripper(hard)).unwrap_err(),
-        RobotError::Refused { reason: "gripper force 400 N is more than its limit 40 N".to_owned() }
+        RobotError::Refused {
+            reason: "gripper force 400 N is more than its limit 40 N".to_owned()
+        }
     );
-    assert!(matches!(robot.progress(MotionId(7)), Err(RobotError::Refused { .. })));
-    let soft = GripperGoal { opening: 0.5, force_n: 20.0 };
+    assert!(matches!(
+        robot.progress(MotionId(7)),
+        Err(RobotError::Refused { .. })
+    ));
+    let soft = GripperGoal {
+        opening: 0.5,
+        force_n: 20.0,
+    };
     must(&mut robot, Command::Gripper(soft));
     let id = robot.send(Command::Gripper(soft)).unwrap();
     robot.stop().unwrap();

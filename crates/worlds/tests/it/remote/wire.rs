@@ -14,7 +14,9 @@ use serde_json::{Value, json};
 pub(crate) fn serve(robot: &mut dyn Robot, request: &Value) -> Value {
     let result = match request["call"].as_str().unwrap() {
         "state" => robot.state().map(|state| state_to(&state)),
-        "send" => robot.send(command_from(&request["command"])).map(|id| json!(id.0)),
+        "send" => robot
+            .send(command_from(&request["command"]))
+            .map(|id| json!(id.0)),
         "progress" => {
             let id = MotionId(request["id"].as_u64().unwrap());
             robot.progress(id).map(|status| status_to(&status))
@@ -34,8 +36,13 @@ pub(crate) fn serve(robot: &mut dyn Robot, request: &Value) -> Value {
 
 pub(crate) fn error_from(error: &Value, robot: &str) -> RobotError {
     match error["refused"].as_str() {
-        Some(reason) => RobotError::Refused { reason: reason.to_owned() },
-        None => RobotError::Lost { robot: robot.to_owned(), reason: text(&error["lost"]) },
+        Some(reason) => RobotError::Refused {
+            reason: reason.to_owned(),
+        },
+        None => RobotError::Lost {
+            robot: robot.to_owned(),
+            reason: text(&error["lost"]),
+        },
     }
 }
 
@@ -76,7 +83,11 @@ fn command_from(value: &Value) -> Command {
         let gains = numbers(&value["impedance"]);
         return Command::Tool(ToolPath {
             base_from_tcp: list(tool, |item| (number(&item[0]), pose_from(&item[1]))),
-            impedance: Impedance { kp_position: gains[0], kp_rotation: gains[1], damping_ratio: gains[2] },
+            impedance: Impedance {
+                kp_position: gains[0],
+                kp_rotation: gains[1],
+                damping_ratio: gains[2],
+            },
             stop_force_n: value["stop_force_n"].as_f64(),
             tolerance_m: number(&value["tolerance_m"]),
         });
@@ -177,7 +188,9 @@ pub(crate) fn scan_from(value: &Value) -> LaserScan {
     LaserScan {
         angle_min_rad: number(&value["angles"][0]),
         angle_step_rad: number(&value["angles"][1]),
-        ranges_m: list(&value["ranges"], |range| range.as_f64().unwrap_or(f64::INFINITY)),
+        ranges_m: list(&value["ranges"], |range| {
+            range.as_f64().unwrap_or(f64::INFINITY)
+        }),
         range_min_m: number(&value["limits"][0]),
         range_max_m: number(&value["limits"][1]),
         base_from_lidar: pose2_from(&value["lidar"]),
@@ -212,11 +225,17 @@ pub(crate) fn frame_from(value: &Value) -> DepthFrame {
 }
 
 fn pose2_to(pose: &Pose2) -> Value {
-    json!([pose.translation.x, pose.translation.y, pose.rotation.angle()])
+    json!([
+        pose.translation.x,
+        pose.translation.y,
+        pose.rotation.angle()
+    ])
 }
 
 fn pose2_from(value: &Value) -> Pose2 {
-    let [x, y, yaw] = numbers(value)[..] else { panic!("pose {value}") };
+    let [x, y, yaw] = numbers(value)[..] else {
+        panic!("pose {value}")
+    };
     Pose2::new(Vector2::new(x, y), yaw)
 }
 
@@ -226,7 +245,9 @@ fn pose_to(pose: &Pose) -> Value {
 }
 
 fn pose_from(value: &Value) -> Pose {
-    let [x, y, z, i, j, k, w] = numbers(value)[..] else { panic!("pose {value}") };
+    let [x, y, z, i, j, k, w] = numbers(value)[..] else {
+        panic!("pose {value}")
+    };
     let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
     Pose::from_parts(Vector3::new(x, y, z).into(), rotation)
 }
