@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
-use factotum_worlds::{HomeScene, SimRobot};
+use factotum_control::{Command, GripperGoal, Robot as _};
+use factotum_descriptions::RobotDescription;
+use factotum_worlds::{HomeScene, SimRobot, WorldConfig};
 
-use crate::fixture::{assets, config};
+use crate::fixture::{assets, config, must};
 
 #[test]
 fn seeds_draw_different_homes_that_load() {
@@ -77,4 +79,35 @@ fn a_missing_scene_is_named() {
         .unwrap_err()
         .to_string();
     assert!(error.contains("no/such/home"), "{error}");
+}
+
+#[test]
+fn every_robot_of_the_assets_stands_in_the_household() {
+    let robots = std::fs::read_dir(assets().join("robots")).unwrap();
+    let mut names: Vec<_> = robots.map(|entry| entry.unwrap().path()).collect();
+    names.retain(|dir| dir.join("robot.toml").is_file());
+    names.sort();
+    assert!(names.len() >= 2);
+    for dir in names {
+        let description = RobotDescription::load(&dir).unwrap();
+        let mut robot = SimRobot::new(WorldConfig {
+            robot: description,
+            ..config(1)
+        })
+        .unwrap();
+        let before = robot.state().unwrap();
+        robot.wait(1.0).unwrap();
+        let after = robot.state().unwrap();
+        for (a, b) in before.arm_positions.iter().zip(&after.arm_positions) {
+            assert!((a - b).abs() < 5e-3, "{}: from {a} to {b}", dir.display());
+        }
+        assert!(after.gripper_opening > 0.9, "{}: {after:?}", dir.display());
+        let close = Command::Gripper(GripperGoal {
+            opening: 0.0,
+            force_n: 10.0,
+        });
+        must(&mut robot, close);
+        let closed = robot.state().unwrap().gripper_opening;
+        assert!(closed < 0.06, "{}: {closed}", dir.display());
+    }
 }
