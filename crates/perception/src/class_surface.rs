@@ -8,8 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 use factotum_descriptions::ObjectClass;
 use factotum_geometry::cloud::PointCloud;
-pub use factotum_physics::PhysicsError;
-use factotum_physics::{BodyId, GeomShape, Model, State};
+use factotum_physics::{BodyId, GeomShape, Model, PhysicsError, State};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 
 use crate::articulation::ArticulatedModel;
@@ -17,9 +16,6 @@ use crate::detect::ClassModel;
 
 /// Distance between samples, metres: finer than the detector's voxels it thins them to is waste.
 const SPACING_M: f64 = 0.01;
-
-/// Fewest samples of the fixed part by which an articulated object can be recognised.
-const N_FIXED_MIN: usize = 60;
 
 /// A sample: a point of the surface and the outward normal there.
 type Sample = (Point3<f64>, UnitVector3<f64>);
@@ -33,26 +29,28 @@ pub struct ClassAppearance {
     pub joints: BTreeMap<String, ArticulatedModel>,
 }
 
+/// A class whose model cannot be sampled.
+#[derive(Debug, Clone, thiserror::Error)]
+#[error("appearance of class `{class}`: {source}")]
+pub struct AppearanceError {
+    /// The class.
+    pub class: String,
+    /// What the physics engine says.
+    pub source: PhysicsError,
+}
+
 impl ClassAppearance {
-    /// Samples a class with its joints at `usual` (zero where it says nothing).
+    /// Samples a class.
     ///
     /// # Errors
-    /// [`PhysicsError`] if the model does not load or lacks a joint or link that the class names.
-    pub fn load(class: &ObjectClass, usual: &BTreeMap<String, f64>) -> Result<Self, PhysicsError> {
+    /// [`AppearanceError`] if the model does not load or lacks a joint or link that the class names.
+    pub fn load(class: &ObjectClass) -> Result<Self, AppearanceError> {
+        Self::sample(class).map_err(|source| AppearanceError { class: class.name.clone(), source })
+    }
+
+    fn sample(class: &ObjectClass) -> Result<Self, PhysicsError> {
         let physics = Model::from_mjcf_file(&class.model)?;
-        // Links move, so an articulated object is recognised by the part that does not, if that is enough of it.
-        let moving: Vec<BodyId> = class
-            .joints
-            .iter()
-            .map(|joint| Ok(physics.bodies_of_subtree(physics.body(&joint.link)?)))
-            .collect::<Result<Vec<_>, PhysicsError>>()?
-            .concat();
-        let fixed = surface(&physics, usual, |body| !moving.contains(&body))?;
-        let whole = if fixed.len() >= N_FIXED_MIN {
-            fixed
-        } else {
-            surface(&physics, usual, |_| true)?
-        };
+        let whole = surface(&physics, &usual_joints(class), |_| true)?;
         let mut joints = BTreeMap::new();
         for joint in &class.joints {
             let moving = physics.bodies_of_subtree(physics.body(&joint.link)?);
@@ -74,6 +72,17 @@ impl ClassAppearance {
             joints,
         })
     }
+}
+
+/// Where the joints of an object are usually found: where the first action on them begins.
+fn usual_joints(class: &ObjectClass) -> BTreeMap<String, f64> {
+    let mut usual = BTreeMap::new();
+    for action in &class.actions {
+        if let (Some(joint), Some(initiation)) = (&action.joint, action.initiation) {
+            usual.entry(joint.clone()).or_insert(initiation);
+        }
+    }
+    usual
 }
 
 /// Surface samples of the bodies wanted, in the frame of the model's root body.
@@ -333,7 +342,7 @@ mod tests {
             ("bin", 0),
         ] {
             let class = ObjectClass::load(&objects.join(name)).unwrap();
-            let appearance = ClassAppearance::load(&class, &BTreeMap::new()).unwrap();
+            let appearance = ClassAppearance::load(&class).unwrap();
             assert!(
                 appearance.model.surface.len() > 100,
                 "{name}: {}",

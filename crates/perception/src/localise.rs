@@ -6,7 +6,7 @@
 //! without passing through a wall of the map. One scan may fit two like rooms: then
 //! [`GlobalLocaliser`] keeps all candidates and lets driving decide.
 
-use crate::pose_search::{Exclusion, SearchWindow, best_pose};
+use crate::pose_search::{Exclusion, PoseSearch, SearchWindow};
 use crate::scan_match::{
     PoseGuess, ScanMatchOutcome, ScanMatchParams, ScanMatcher, WallPoint, angle_step, wall_points,
 };
@@ -139,7 +139,7 @@ impl GlobalLocaliser {
         let map = self.matcher.map();
         let (width, height) = self.matcher.field().size();
         let half_m = Vector2::new(width as f64, height as f64) * (0.5 * map.resolution_m());
-        let mut window = SearchWindow {
+        let window = SearchWindow {
             center: map.world_from_grid() * Pose2::new(half_m, 0.0),
             reach_m: half_m,
             reach_rad: PI,
@@ -148,21 +148,23 @@ impl GlobalLocaliser {
             penalty_per_rad2: 0.0,
             score_min: 0.5 * self.params.confidence_min,
         };
+        let search = PoseSearch::new(self.matcher.field(), &places, &window);
+        let mut score_min = window.score_min;
         let mut excluded = Vec::new();
         let mut found = Vec::new();
         while found.len() < self.params.n_candidates_max {
-            let Some(best) = best_pose(self.matcher.field(), &places, &window, &excluded) else {
+            let Some(best) = search.best(&excluded, score_min) else {
                 break;
             };
             // Candidates far below the best are not worth the search.
-            window.score_min = window.score_min.max(0.7 * best.score);
+            score_min = score_min.max(0.75 * best.score);
             excluded.push(Exclusion {
                 pose: best.pose,
                 radius_m: self.params.distinct_m,
                 radius_rad: self.params.distinct_rad,
             });
             found.extend(self.judge(wall, scan, best.pose, 0.2));
-            if excluded.len() >= 2 * self.params.n_candidates_max {
+            if excluded.len() >= self.params.n_candidates_max + 2 {
                 break;
             }
         }

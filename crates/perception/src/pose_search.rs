@@ -58,50 +58,105 @@ pub(crate) fn best_pose(
     field: &LikelihoodField,
     points_in_base: &[Point2<f64>],
     window: &SearchWindow,
-    excluded: &[Exclusion],
 ) -> Option<Candidate> {
-    if points_in_base.is_empty() {
-        return None;
+    PoseSearch::new(field, points_in_base, window).best(&[], window.score_min)
+}
+
+/// A window prepared for one or more searches.
+pub(crate) struct PoseSearch<'a> {
+    field: &'a LikelihoodField,
+    window: &'a SearchWindow,
+    reach: Vector2<i32>,
+    rotated: Vec<Rotated>,
+    block_level: usize,
+    /// Upper bound, turn and first shift of each block, best first.
+    blocks: Vec<(f64, usize, [i32; 2])>,
+}
+
+impl<'a> PoseSearch<'a> {
+    pub(crate) fn new(
+        field: &'a LikelihoodField,
+        points_in_base: &[Point2<f64>],
+        window: &'a SearchWindow,
+    ) -> Self {
+        let n_turns = (window.reach_rad / window.step_rad).ceil() as i32;
+        let reach = window
+            .reach_m
+            .map(|m| (m / field.resolution_m()).ceil() as i32);
+        let block_level = block_level(reach, field.level_max());
+        let rotated = (-n_turns..=n_turns)
+            .map(|i| f64::from(i) * window.step_rad)
+            .map(|turn| Rotated::new(field, points_in_base, &window.center, turn))
+            .collect();
+        let mut search = Self {
+            field,
+            window,
+            reach,
+            rotated,
+            block_level,
+            blocks: Vec::new(),
+        };
+        // Without points there is nothing to search.
+        if !points_in_base.is_empty() {
+            search.blocks = search.bounded_blocks();
+        }
+        search
     }
-    let n_turns = (window.reach_rad / window.step_rad).ceil() as i32;
-    let turns: Vec<f64> = (-n_turns..=n_turns)
-        .map(|i| f64::from(i) * window.step_rad)
-        .collect();
-    let cell_m = field.resolution_m();
-    let reach = window.reach_m.map(|m| (m / cell_m).ceil() as i32);
-    let block_level = block_level(reach, field.level_max());
-    let mut search = Search {
-        field,
-        window,
-        excluded,
-        reach,
-        rotated: turns
-            .iter()
-            .map(|turn| Rotated::new(field, points_in_base, &window.center, *turn))
-            .collect(),
-        best: None,
-        bound: window.score_min,
-    };
-    // Promising blocks first: the sooner a good score is known, the more is cut.
-    let step = 1 << block_level;
-    let mut blocks = Vec::new();
-    for turn_idx in 0..search.rotated.len() {
-        for row in (-reach.y..=reach.y).step_by(step) {
-            for column in (-reach.x..=reach.x).step_by(step) {
-                let bound = search.bound_of(turn_idx, [column, row], block_level);
-                if bound >= search.bound {
-                    blocks.push((bound, turn_idx, [column, row]));
+
+    /// The best pose outside `excluded` with at least `score_min`, if there is one.
+    pub(crate) fn best(&self, excluded: &[Exclusion], score_min: f64) -> Option<Candidate> {
+        let mut descent = Descent {
+            search: self,
+            excluded,
+            best: None,
+            bound: score_min,
+        };
+        for &(bound, turn_idx, shift) in &self.blocks {
+            if descent.is_hopeless(bound) {
+                break;
+            }
+            descent.descend(turn_idx, shift, self.block_level);
+        }
+        descent.best
+    }
+
+    /// Promising blocks first: the sooner a good score is known, the more is cut.
+    fn bounded_blocks(&self) -> Vec<(f64, usize, [i32; 2])> {
+        let step = 1 << self.block_level;
+        let mut blocks = Vec::new();
+        for turn_idx in 0..self.rotated.len() {
+            for row in (-self.reach.y..=self.reach.y).step_by(step) {
+                for column in (-self.reach.x..=self.reach.x).step_by(step) {
+                    let bound = self.bound_of(turn_idx, [column, row], self.block_level);
+                    if bound >= self.window.score_min {
+                        blocks.push((bound, turn_idx, [column, row]));
+                    }
                 }
             }
         }
+        blocks.sort_by(|a, b| b.0.total_cmp(&a.0));
+        blocks
     }
-    blocks.sort_by(|a, b| b.0.total_cmp(&a.0));
-    for (bound, turn_idx, shift) in blocks {
-        if !search.is_hopeless(bound) {
-            search.descend(turn_idx, shift, block_level);
-        }
+
+    /// Upper bound of the score over the block of `2^level` shifts from `shift` up and right.
+    fn bound_of(&self, turn_idx: usize, shift: [i32; 2], level: usize) -> f64 {
+        let rotated = &self.rotated[turn_idx];
+        let last = (1 << level) - 1;
+        let least = shift.map(|first| {
+            if first > 0 {
+                first
+            } else {
+                (first + last).min(0).abs()
+            }
+        });
+        self.field.mean_at_level(&rotated.cells, shift, level)
+            - self.penalty(f64::from(least[0]), f64::from(least[1]), rotated.turn_rad)
     }
-    search.best
+
+    fn penalty(&self, columns: f64, rows: f64, turn_rad: f64) -> f64 {
+        let shift_m2 = (columns * columns + rows * rows) * self.field.resolution_m().powi(2);
+        self.window.penalty_per_m2 * shift_m2 + self.window.penalty_per_rad2 * turn_rad * turn_rad
+    }
 }
 
 /// Blocks about a quarter as wide as the window.
@@ -143,39 +198,17 @@ impl Rotated {
     }
 }
 
-struct Search<'a> {
-    field: &'a LikelihoodField,
-    window: &'a SearchWindow,
+/// One search: the best so far.
+struct Descent<'a> {
+    search: &'a PoseSearch<'a>,
     excluded: &'a [Exclusion],
-    reach: Vector2<i32>,
-    rotated: Vec<Rotated>,
     best: Option<Candidate>,
     bound: f64,
 }
 
-impl Search<'_> {
+impl Descent<'_> {
     fn is_hopeless(&self, bound: f64) -> bool {
         bound < self.bound || (self.best.is_some() && bound <= self.bound)
-    }
-
-    /// Upper bound of the score over the block of `2^level` shifts from `shift` up and right.
-    fn bound_of(&self, turn_idx: usize, shift: [i32; 2], level: usize) -> f64 {
-        let rotated = &self.rotated[turn_idx];
-        let last = (1 << level) - 1;
-        let least = shift.map(|first| {
-            if first > 0 {
-                first
-            } else {
-                (first + last).min(0).abs()
-            }
-        });
-        self.field.mean_at_level(&rotated.cells, shift, level)
-            - self.penalty(f64::from(least[0]), f64::from(least[1]), rotated.turn_rad)
-    }
-
-    fn penalty(&self, columns: f64, rows: f64, turn_rad: f64) -> f64 {
-        let shift_m2 = (columns * columns + rows * rows) * self.field.resolution_m().powi(2);
-        self.window.penalty_per_m2 * shift_m2 + self.window.penalty_per_rad2 * turn_rad * turn_rad
     }
 
     fn descend(&mut self, turn_idx: usize, shift: [i32; 2], level: usize) {
@@ -187,8 +220,8 @@ impl Search<'_> {
         let mut children: Vec<(f64, [i32; 2])> = [(0, 0), (half, 0), (0, half), (half, half)]
             .into_iter()
             .map(|(dc, dr)| [shift[0] + dc, shift[1] + dr])
-            .filter(|child| child[0] <= self.reach.x && child[1] <= self.reach.y)
-            .map(|child| (self.bound_of(turn_idx, child, level - 1), child))
+            .filter(|child| child[0] <= self.search.reach.x && child[1] <= self.search.reach.y)
+            .map(|child| (self.search.bound_of(turn_idx, child, level - 1), child))
             .collect();
         children.sort_by(|a, b| b.0.total_cmp(&a.0));
         for (bound, child) in children {
@@ -199,15 +232,15 @@ impl Search<'_> {
     }
 
     fn take(&mut self, turn_idx: usize, shift: [i32; 2]) {
-        let score = self.bound_of(turn_idx, shift, 0);
+        let score = self.search.bound_of(turn_idx, shift, 0);
         if self.is_hopeless(score) {
             return;
         }
-        let yaw = self.rotated[turn_idx].yaw;
+        let yaw = self.search.rotated[turn_idx].yaw;
         let cells = Vector2::new(f64::from(shift[0]), f64::from(shift[1]));
         let shift_in_map =
-            self.field.map_from_grid().rotation * (cells * self.field.resolution_m());
-        let place = Point2::from(self.window.center.translation.vector + shift_in_map);
+            self.search.field.map_from_grid().rotation * (cells * self.search.field.resolution_m());
+        let place = Point2::from(self.search.window.center.translation.vector + shift_in_map);
         if self
             .excluded
             .iter()

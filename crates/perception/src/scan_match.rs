@@ -192,7 +192,7 @@ impl ScanMatcher {
         }
         let window = self.window(&places, guess);
         let start =
-            best_pose(&self.field, &places, &window, &[]).map_or(guess.map_from_base, |c| c.pose);
+            best_pose(&self.field, &places, &window).map_or(guess.map_from_base, |c| c.pose);
         self.refine(&wall, start, guess)
     }
 

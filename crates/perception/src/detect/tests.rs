@@ -90,10 +90,10 @@ fn the_heading_is_found_from_all_sides() {
             scene(0.002, vec![(microwave(), truth, "microwave")]).look(&camera(0.35), i as u64);
         let found = detector.detect(&frame).unwrap();
         let (apart_m, turned_rad) = errors(&found[0], &truth);
-        eprintln!("STAT {yaw} {apart_m} {turned_rad}");
         n_right += usize::from(apart_m < 0.02 && turned_rad < 0.05);
     }
-    assert!(n_right >= 22, "{n_right} of {n_views}");
+    // Measured: 24 of 24, all within 8 mm and 3 mrad.
+    assert!(n_right >= 23, "{n_right} of {n_views}");
 }
 
 #[test]

@@ -64,7 +64,8 @@ fn the_same_drive_gives_the_same_map() {
 #[test]
 fn the_pose_is_tracked_in_a_stored_map() {
     let home = Home::household();
-    let poses = household_round();
+    // Every other scan: half as often as in mapping.
+    let poses: Vec<Pose2> = household_round().into_iter().step_by(2).collect();
     let odom = odometry(&poses, 0.05, 6);
     let mut rng = ChaCha8Rng::seed_from_u64(6);
     let start = poses[0] * pose2(0.05, -0.05, 0.03);
