@@ -1,21 +1,21 @@
 //! The simulated robot in its home.
 
+mod answers;
 mod arm;
 mod base;
 mod commands;
 mod grip;
 mod lift;
+mod making;
 mod stored;
 
 use std::collections::BTreeMap;
 
-use factotum_control::{
-    ArmDynamics, Command, MotionId, MotionStatus, Robot, RobotError, RobotState, Stamped,
-};
+use factotum_control::{ArmDynamics, MotionId, MotionStatus, RobotError, RobotState, Stamped};
 use factotum_descriptions::RobotDescription;
 use factotum_geometry::frames::planar_from_pose;
 use factotum_geometry::grid::OccupancyGrid;
-use factotum_geometry::sensing::{DepthFrame, LaserScan};
+use factotum_geometry::sensing::LaserScan;
 use factotum_geometry::{Pose, Pose2};
 use factotum_physics::{BodyId, Snapshot, State};
 use nalgebra::{Point2, Vector3, Vector6};
@@ -29,7 +29,6 @@ use crate::noise::Noise;
 use crate::odometry::Odometry;
 use crate::random::{Purpose, stream};
 use crate::scene::{HomeScene, Placed};
-use crate::sensing;
 use crate::visual::{self, VisualBody, WorldView};
 use crate::{Fault, FaultSwitch, WorldError, WorldSnapshot};
 
@@ -40,15 +39,6 @@ use lift::LiftControl;
 use stored::Reader;
 
 pub(crate) use stored::{Writer, visit};
-
-/// Time in which objects come to rest and the robot takes its posture before the world begins, seconds.
-const SETTLE_SECS: f64 = 0.5;
-
-/// Draws of a home before it is given up.
-const N_DRAWS: usize = 50;
-
-/// Overlap of two bodies at the start that is more than resting on each other, metres.
-const START_OVERLAP_M: f64 = 0.003;
 
 /// Height at which the true map is taken when the robot has no lidar, metres.
 const MAP_HEIGHT_M: f64 = 0.2;
@@ -177,43 +167,7 @@ impl SimRobot {
         Ok(sim)
     }
 
-    fn draw(config: &WorldConfig) -> Result<(Placed, Assembly, State), WorldError> {
-        let mut rng = stream(config.seed, Purpose::Placement);
-        let mut problem = None;
-        for _ in 0..N_DRAWS {
-            let placed = config.scene.draw(&mut rng);
-            let assembly = Assembly::new(&config.robot, &config.scene, &placed)?;
-            let mut state = assembly.initial_state(&config.robot, &placed)?;
-            state
-                .detect_collisions()
-                .map_err(WorldError::physics("placing the robot and the objects"))?;
-            match start_overlap(config, &placed, &assembly, &state) {
-                None => return Ok((placed, assembly, state)),
-                Some(overlap) => problem = Some(overlap),
-            }
-        }
-        Err(problem.unwrap_or_else(|| WorldError::NoPlace {
-            object: config.robot.name.clone(),
-            scene: config.scene.name().to_owned(),
-            attempts: N_DRAWS,
-        }))
-    }
-
-    fn settle(&mut self) -> Result<(), WorldError> {
-        let what = "letting the world come to rest";
-        while self.state.time_secs() < SETTLE_SECS {
-            self.step()?;
-        }
-        self.state.set_time_secs(0.0);
-        self.state
-            .forward_kinematics()
-            .map_err(WorldError::physics(what))?;
-        let world_from_base = self.assembly.world_from_base(&self.state);
-        self.live.odometry = Odometry::new(self.config.seed, &self.config.noise, world_from_base);
-        Ok(())
-    }
-
-    /// Calls `observer` in [`Robot::wait`] each `period_secs` of simulated time. It may block: the world waits for it.
+    /// Calls `observer` in [`Robot::wait`](factotum_control::Robot::wait) each `period_secs` of simulated time. It may block: the world waits for it.
     pub fn set_observer(
         &mut self,
         period_secs: f64,
@@ -634,137 +588,6 @@ impl SimRobot {
             odom_from_base: self.live.odometry.odom_from_base,
             data,
         }
-    }
-}
-
-/// The first overlap that is more than resting on each other, of the robot with the home or of a movable object.
-fn start_overlap(
-    config: &WorldConfig,
-    placed: &Placed,
-    assembly: &Assembly,
-    state: &State,
-) -> Option<WorldError> {
-    let robot = &assembly.robot.geoms;
-    for contact in state
-        .contacts()
-        .filter(|contact| contact.distance_m < -START_OVERLAP_M)
-    {
-        let [a, b] = [contact.geom_a, contact.geom_b];
-        let (a_mine, b_mine) = (robot.contains(&a), robot.contains(&b));
-        if a_mine != b_mine {
-            let other = if a_mine { b } else { a };
-            return Some(WorldError::StartOccupied {
-                robot: config.robot.name.clone(),
-                scene: config.scene.name().to_owned(),
-                x_m: placed.world_from_base.translation.x,
-                y_m: placed.world_from_base.translation.y,
-                geom: assembly.model.geom_name(other).to_owned(),
-            });
-        }
-        let object = assembly.objects.iter().find(|object| {
-            object.movable && (object.geoms.contains(&a) != object.geoms.contains(&b))
-        });
-        if let Some(object) = object {
-            return Some(WorldError::NoPlace {
-                object: object.name.clone(),
-                scene: config.scene.name().to_owned(),
-                attempts: N_DRAWS,
-            });
-        }
-    }
-    None
-}
-
-impl Robot for SimRobot {
-    fn description(&self) -> &RobotDescription {
-        &self.config.robot
-    }
-
-    fn state(&mut self) -> Result<RobotState, RobotError> {
-        self.alive()?;
-        self.read_state()
-    }
-
-    fn send(&mut self, command: Command) -> Result<MotionId, RobotError> {
-        self.alive()?;
-        self.accept(command)
-    }
-
-    fn progress(&mut self, id: MotionId) -> Result<MotionStatus, RobotError> {
-        self.live
-            .statuses
-            .get(&id)
-            .cloned()
-            .ok_or_else(|| RobotError::Refused {
-                reason: format!(
-                    "motion {} was never given; the last is {}",
-                    id.0,
-                    self.live.next_id - 1
-                ),
-            })
-    }
-
-    fn scan(&mut self) -> Result<Stamped<LaserScan>, RobotError> {
-        self.alive()?;
-        let (Some(lidar), Some(site)) =
-            (&self.config.robot.sensors.lidar, self.assembly.robot.lidar)
-        else {
-            return Err(self.absent("lidar"));
-        };
-        let now_secs = self.state.time_secs();
-        let fresh_secs = lidar.rate_hz.max(1e-3).recip() - STEP_SECS / 2.0;
-        if let Some(last) = &self.live.last_scan
-            && now_secs - last.time_secs < fresh_secs
-        {
-            return Ok(last.clone());
-        }
-        let noise = &self.config.noise;
-        let rng = &mut self.live.lidar_rng;
-        let scan = sensing::scan(&self.assembly, &self.state, lidar, site, noise, rng)
-            .map_err(|error| self.lost(&error))?;
-        let scan = self.stamped(scan);
-        self.live.last_scan = Some(scan.clone());
-        Ok(scan)
-    }
-
-    fn look(&mut self) -> Result<Stamped<DepthFrame>, RobotError> {
-        self.alive()?;
-        let (Some(camera), Some(site)) = (
-            &self.config.robot.sensors.camera,
-            self.assembly.robot.camera,
-        ) else {
-            return Err(self.absent("camera"));
-        };
-        let noise = &self.config.noise;
-        let rng = &mut self.live.camera_rng;
-        let frame = sensing::look(&self.assembly, &self.state, camera, site, noise, rng)
-            .map_err(|error| self.lost(&error))?;
-        Ok(self.stamped(frame))
-    }
-
-    fn wait(&mut self, secs: f64) -> Result<(), RobotError> {
-        self.alive()?;
-        if !(secs.is_finite() && secs >= 0.0) {
-            return Err(RobotError::Refused {
-                reason: format!("cannot wait {secs} s; expected a finite time, zero or more"),
-            });
-        }
-        self.live.remainder_secs += secs;
-        // Half a step of slack, so that 0.1 s is 50 steps whatever the rounding.
-        while self.live.remainder_secs >= STEP_SECS / 2.0 {
-            self.live.remainder_secs -= STEP_SECS;
-            self.step().map_err(|error| self.lost(&error))?;
-            self.observe()?;
-        }
-        self.state
-            .forward_kinematics()
-            .map_err(|error| self.lost(&error))
-    }
-
-    fn stop(&mut self) -> Result<(), RobotError> {
-        self.alive()?;
-        self.stop_all();
-        Ok(())
     }
 }
 
