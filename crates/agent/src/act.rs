@@ -105,13 +105,21 @@ impl Executive<'_> {
         Ok(Some(HeldView { name: object.name.clone(), class, tcp_from_object }))
     }
 
+    /// Pose of what the gripper holds, in the base frame.
+    pub(crate) fn base_from_held(&mut self) -> Result<Option<Pose>, AgentError> {
+        let Some(tcp_from_held) = self.tcp_from_held else { return Ok(None) };
+        let state = self.robot.state()?;
+        let q = self.model.q_from_state(state.lift_m, &state.arm_positions);
+        Ok(Some(self.model.chain().base_from_tcp(&q) * tcp_from_held))
+    }
+
     /// What the arm must keep clear of: seen surfaces, and known objects but for `without` and what is held.
     fn obstacles(&self, base_from_map: &Pose, without: &[&str]) -> Result<Vec<Obstacle>, AgentError> {
         /// Objects farther than this are out of the arm's way, metres.
         const NEAR_M: f64 = 2.0;
         /// Seen points this near to a known object are the object itself, metres.
         const OBJECT_RADIUS_M: f64 = 0.16;
-        let mut points: Vec<Point3<f64>> = self.seen.points().iter().map(|point| base_from_map * point).collect();
+        let mut points: Vec<Point3<f64>> = self.senses.seen().points().iter().map(|point| base_from_map * point).collect();
         let mut obstacles = Vec::new();
         for object in self.aosm.objects.values().filter(|object| object.location == Location::Loose) {
             let view = self.view(&object.name, base_from_map)?;

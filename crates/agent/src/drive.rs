@@ -37,21 +37,29 @@ pub(crate) fn path_on(
     }
 }
 
-/// Sends a path and waits until the drive is over; `watch` is asked ten times a second and may end it.
+/// What a watcher makes of a drive under way.
+pub(crate) enum Watch {
+    /// Go on.
+    GoOn,
+    /// The odometry frame lies elsewhere in the map than was thought: send the rest of the path anew.
+    Drifted(Pose2),
+    /// Something stands in the way.
+    Blocked(Point2<f64>),
+}
+
+/// Sends a path and waits until the drive is over; `watch` is asked ten times a second.
 pub(crate) fn follow(
     robot: &mut dyn Robot,
-    map_from_odom: &Pose2,
+    mut map_from_odom: Pose2,
     path: &[Pose2],
     length_m: f64,
-    watch: &mut dyn FnMut(&mut dyn Robot) -> Result<Option<Point2<f64>>, AgentError>,
+    watch: &mut dyn FnMut(&mut dyn Robot) -> Result<Watch, AgentError>,
 ) -> Result<Drive, AgentError> {
     const PERIOD_SECS: f64 = 0.1;
-    let odom_from_map = map_from_odom.inverse();
-    let odom_from_base = path.iter().map(|pose| odom_from_map * pose).collect();
     let speed_m_per_s = robot.description().base.as_ref().map_or(0.1, |base| base.velocity_max_m_per_s);
     let timeout_secs = PATIENCE.0 * length_m / speed_m_per_s + PATIENCE.1;
     let started_secs = robot.state()?.time_secs;
-    let id = robot.send(Command::BasePath(BasePath { odom_from_base, speed: SPEED }))?;
+    let mut id = robot.send(command(&map_from_odom, path))?;
     loop {
         robot.wait(PERIOD_SECS)?;
         match robot.progress(id)? {
@@ -60,13 +68,34 @@ pub(crate) fn follow(
             MotionStatus::Preempted => return Ok(Drive::Failed("stopped".to_owned())),
             MotionStatus::Active => {}
         }
-        if let Some(place) = watch(robot)? {
-            robot.stop()?;
-            return Ok(Drive::Blocked(place));
+        match watch(robot)? {
+            Watch::GoOn => {}
+            Watch::Drifted(now) => {
+                map_from_odom = now;
+                let map_from_base = map_from_odom * robot.state()?.odom_from_base;
+                id = robot.send(command(&map_from_odom, rest_of(path, &map_from_base)))?;
+            }
+            Watch::Blocked(place) => {
+                robot.stop()?;
+                return Ok(Drive::Blocked(place));
+            }
         }
         if robot.state()?.time_secs - started_secs > timeout_secs {
             robot.stop()?;
             return Ok(Drive::Failed(format!("not there after {timeout_secs:.0} s")));
         }
     }
+}
+
+fn command(map_from_odom: &Pose2, path: &[Pose2]) -> Command {
+    let odom_from_map = map_from_odom.inverse();
+    let odom_from_base = path.iter().map(|pose| odom_from_map * pose).collect();
+    Command::BasePath(BasePath { odom_from_base, speed: SPEED })
+}
+
+/// The part of a path that still lies ahead.
+pub(crate) fn rest_of<'a>(path: &'a [Pose2], map_from_base: &Pose2) -> &'a [Pose2] {
+    let distance = |pose: &Pose2| (pose.translation.vector - map_from_base.translation.vector).norm();
+    let nearest = (0..path.len()).min_by(|a, b| distance(&path[*a]).total_cmp(&distance(&path[*b])));
+    &path[nearest.unwrap_or(0)..]
 }

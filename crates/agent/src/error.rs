@@ -1,7 +1,11 @@
 //! Faults that end a run. A chore that cannot be done is no fault: it is in the report.
 
 use factotum_control::RobotError;
+use factotum_geometry::grid::GridError;
+use factotum_geometry::sensing::DepthFrameError;
 use factotum_motion::MotionError;
+use factotum_perception::class_surface::AppearanceError;
+use factotum_perception::detect::DetectError;
 use factotum_semantic_map::MapError;
 use factotum_skills::SkillError;
 use factotum_task_planning::planner::PlannerError;
@@ -25,14 +29,18 @@ pub enum AgentError {
     /// The task planner could not be run.
     #[error(transparent)]
     Planner(#[from] PlannerError),
-    /// The planner's plan does not do what it says.
-    #[error("planner `{planner}` gave a plan that fails its check: {problem}")]
-    WrongPlan {
-        /// The planner.
-        planner: String,
-        /// The validator's word.
-        problem: String,
-    },
+    /// A class's model cannot be sampled.
+    #[error(transparent)]
+    Appearance(#[from] AppearanceError),
+    /// A class cannot be detected.
+    #[error(transparent)]
+    Detect(#[from] DetectError),
+    /// The camera's picture contradicts itself.
+    #[error("camera: {0}")]
+    Camera(#[from] DepthFrameError),
+    /// A scan cannot be put into the map.
+    #[error("map: {0}")]
+    Grid(#[from] GridError),
     /// The observer wished to stop.
     #[error("stopped on request")]
     Stopped,

@@ -1,15 +1,16 @@
 //! The executive itself: a chore from goal to report.
 
 use factotum_control::Robot;
-use factotum_geometry::cloud::PointCloud;
 use factotum_geometry::{Pose, Pose2};
 use factotum_motion::RobotModel;
 use factotum_semantic_map::{Aosm, ChoreGoal, MapError, OptionKind, OptionSpec, TopologicalGraph};
-use factotum_task_planning::operator::GroundAction;
+use factotum_task_planning::operator::{Condition, GroundAction};
 use factotum_task_planning::planner::{Limits, PlanOutcome, Planner};
+use nalgebra::Point2;
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
+use crate::senses::Senses;
 use crate::{AgentError, LogLevel, Observer, RunReport, Settings, StepState, StepView};
 
 /// Does chores with a robot, from what it believes of the home.
@@ -18,10 +19,10 @@ pub struct Executive<'a> {
     pub(crate) model: RobotModel,
     pub(crate) aosm: Aosm,
     pub(crate) graph: TopologicalGraph,
-    pub(crate) map_from_odom: Pose2,
+    pub(crate) senses: Senses,
+    /// Places where the camera has looked around, in the map.
+    pub(crate) viewed: Vec<Point2<f64>>,
     pub(crate) tcp_from_held: Option<Pose>,
-    /// Surfaces the camera has seen, in the map frame.
-    pub(crate) seen: PointCloud,
     pub(crate) planner: &'a dyn Planner,
     pub(crate) observer: &'a mut dyn Observer,
     pub(crate) settings: Settings,
@@ -54,14 +55,17 @@ impl<'a> Executive<'a> {
         seed: u64,
     ) -> Result<Self, AgentError> {
         let model = RobotModel::load(robot.description())?;
+        let odom_from_base = robot.state()?.odom_from_base;
+        let map = (aosm.grid.count_states()[0] > 0).then_some(&aosm.grid);
+        let senses = Senses::new(aosm.classes.values(), map_from_odom, &odom_from_base, map)?;
         Ok(Self {
             robot,
             model,
             aosm,
             graph: TopologicalGraph::default(),
-            map_from_odom,
+            senses,
+            viewed: Vec::new(),
             tcp_from_held: None,
-            seen: PointCloud::default(),
             planner,
             observer,
             settings,
@@ -108,12 +112,9 @@ impl<'a> Executive<'a> {
     fn pursue(&mut self, goal: &ChoreGoal) -> Result<Option<String>, AgentError> {
         self.tuck()?;
         for n_plans in 0..=self.settings.n_replans_max {
-            let condition = match goal.condition(&self.aosm) {
-                Ok(condition) => condition,
-                Err(error @ (MapError::NothingOfClass { .. } | MapError::NotOfClass { .. })) => {
-                    return Ok(Some(error.to_string()));
-                }
-                Err(error) => return Err(error.into()),
+            let Some(condition) = self.find_what_it_takes(goal)? else {
+                let missing = goal.condition(&self.aosm).err();
+                return Ok(Some(missing.map_or_else(String::new, |error| error.to_string())));
             };
             let domain = self.aosm.domain()?;
             let problem = self.aosm.problem(&domain, condition)?;
@@ -141,6 +142,21 @@ impl<'a> Executive<'a> {
         Ok(Some("the plan was made anew too often".to_owned()))
     }
 
+    /// The goal over known objects; explores while one of its classes has not been found.
+    fn find_what_it_takes(&mut self, goal: &ChoreGoal) -> Result<Option<Condition>, AgentError> {
+        if let Err(MapError::NothingOfClass { class, .. }) = goal.condition(&self.aosm) {
+            self.log(LogLevel::Info, format!("looking for a {class}"))?;
+            self.viewed.clear();
+            let wanted = goal.clone();
+            self.explore(&mut |aosm| wanted.condition(aosm).is_ok())?;
+        }
+        match goal.condition(&self.aosm) {
+            Ok(condition) => Ok(Some(condition)),
+            Err(MapError::NothingOfClass { .. } | MapError::NotOfClass { .. }) => Ok(None),
+            Err(error) => Err(error.into()),
+        }
+    }
+
     /// Executes the steps; returns why the plan is no longer worth following, if so.
     fn execute(&mut self, plan: &[GroundAction]) -> Result<Option<String>, AgentError> {
         for (index, step) in plan.iter().enumerate() {
@@ -157,7 +173,11 @@ impl<'a> Executive<'a> {
         let mut reason = String::new();
         let mut spent: Vec<Pose2> = Vec::new();
         for attempt in 1..=self.settings.n_attempts_max {
-            let option = self.aosm.option(step)?;
+            let option = match self.aosm.option(step) {
+                Ok(option) => option,
+                Err(MapError::NoObject { name, .. }) => return Ok(Err(format!("`{name}` is no longer where it was"))),
+                Err(error) => return Err(error.into()),
+            };
             self.mark(view, StepState::Running, None)?;
             let Some(map_from_base) = self.choose_base(&option, &spent, &mut reason)? else {
                 self.mark(view, StepState::Failed, Some(reason.clone()))?;
@@ -172,6 +192,10 @@ impl<'a> Executive<'a> {
                 continue;
             }
             self.mark(view, StepState::Done, None)?;
+            self.look_closely()?;
+            if !self.aosm.objects.contains_key(&option.object) {
+                return Ok(Err(format!("`{}` is no longer where it was", option.object)));
+            }
             self.mark(view + 1, StepState::Running, None)?;
             let (outcome, robot_secs) = self.timed(|this| this.act(&option))?;
             self.record(&step.name, &step.args, &outcome, attempt, robot_secs);

@@ -2,6 +2,7 @@
 
 use factotum_geometry::Pose2;
 use factotum_geometry::frames::planar_from_pose;
+use factotum_geometry::grid::OccupancyGrid;
 use factotum_motion::{InflatedGrid, InflationOptions};
 use factotum_semantic_map::{GraphNode, OptionSpec, TopologicalGraph};
 use factotum_skills::Initiation;
@@ -9,7 +10,7 @@ use factotum_symbols::ground;
 use nalgebra::Point2;
 
 use crate::act::skill_for;
-use crate::drive::{self, Drive};
+use crate::drive::{self, Drive, Watch};
 use crate::{AgentError, Executive};
 
 impl Executive<'_> {
@@ -22,7 +23,7 @@ impl Executive<'_> {
     ) -> Result<Option<Pose2>, AgentError> {
         /// Poses nearer than this to one that failed are not tried again, metres.
         const APART_M: f64 = 0.08;
-        let grid = self.inflated()?;
+        let grid = self.inflated();
         let here = self.map_from_base()?;
         let poses = self.grounded(option, &grid);
         if poses.is_empty() {
@@ -39,7 +40,7 @@ impl Executive<'_> {
         let state = self.robot.state()?;
         let stride = (reachable.len() / self.settings.n_base_checks).max(1);
         for (_, pose) in reachable.into_iter().step_by(stride) {
-            if let Err(why) = drive::path_on(&grid, &here, &pose) {
+            if let Err(why) = self.path_to(&pose)? {
                 *reason = why;
                 continue;
             }
@@ -67,7 +68,7 @@ impl Executive<'_> {
     pub(crate) fn ground_graph(&mut self) -> Result<(), AgentError> {
         /// Poses kept per region, enough to draw it.
         const N_SHOWN: usize = 40;
-        let grid = self.inflated()?;
+        let grid = self.inflated();
         let nodes = self
             .aosm
             .options()
@@ -84,28 +85,129 @@ impl Executive<'_> {
         self.show_map()
     }
 
-    fn inflated(&self) -> Result<InflatedGrid, AgentError> {
-        let radius_m = self.model.description().base.as_ref().map_or(0.0, |base| base.footprint_radius_m);
-        let options = InflationOptions::for_radius(radius_m + self.settings.clearance_m);
-        Ok(InflatedGrid::new(&self.aosm.grid, &options))
+    /// The grid with obstacles grown by the footprint and `clearance_m`.
+    fn inflated_by(&self, clearance_m: f64) -> InflatedGrid {
+        let footprint_m = self.model.description().base.as_ref().map_or(0.0, |base| base.footprint_radius_m);
+        InflatedGrid::new(&self.aosm.grid, &InflationOptions::for_radius(footprint_m + clearance_m))
+    }
+
+    pub(crate) fn inflated(&self) -> InflatedGrid {
+        self.inflated_by(self.settings.clearance_m)
+    }
+
+    /// A path to a pose in the map: with ample clearance if there is one, else with as much as there is.
+    pub(crate) fn path_to(&mut self, map_from_goal: &Pose2) -> Result<Result<(Vec<Pose2>, f64), String>, AgentError> {
+        let here = self.map_from_base()?;
+        let mut found = Err(String::new());
+        for share in [1.0, 0.5, 0.0] {
+            let grid = self.inflated_by(share * self.settings.clearance_m);
+            found = drive::path_on(&grid, &here, map_from_goal);
+            if found.is_ok() {
+                break;
+            }
+        }
+        Ok(found)
     }
 
     /// Where the robot believes to stand.
     pub(crate) fn map_from_base(&mut self) -> Result<Pose2, AgentError> {
-        Ok(self.map_from_odom * self.robot.state()?.odom_from_base)
+        Ok(self.senses.map_from_odom() * self.robot.state()?.odom_from_base)
     }
 
+    /// Scans and looks, and takes over what came of it into the map.
+    pub(crate) fn observe_home(&mut self) -> Result<(), AgentError> {
+        let base_from_held = self.base_from_held()?;
+        self.senses.feel(self.robot)?;
+        self.senses.look(self.robot, &mut self.aosm, base_from_held)?;
+        if let Some(map) = self.senses.map() {
+            self.aosm.grid.clone_from(map);
+        }
+        Ok(())
+    }
+
+    /// Looks a few times at rest, so that what is acted on is known as well as can be.
+    pub(crate) fn look_closely(&mut self) -> Result<(), AgentError> {
+        const N_LOOKS: usize = 5;
+        for _ in 0..N_LOOKS {
+            self.robot.wait(0.1)?;
+            self.observe_home()?;
+        }
+        Ok(())
+    }
+
+    /// Drives to a pose in the map; the answer is why not, in words, if it failed.
     pub(crate) fn drive_to(&mut self, map_from_goal: &Pose2) -> Result<Result<(), String>, AgentError> {
-        let grid = self.inflated()?;
-        let here = self.map_from_base()?;
-        let (path, length_m) = match drive::path_on(&grid, &here, map_from_goal) {
+        self.observe_home()?;
+        let (path, length_m) = match self.path_to(map_from_goal)? {
             Ok(found) => found,
             Err(why) => return Ok(Err(why)),
         };
-        match drive::follow(self.robot, &self.map_from_odom, &path, length_m, &mut |_| Ok(None))? {
+        self.follow(&path, length_m)
+    }
+
+    /// Turns, or shifts a little, to a pose next to where the robot stands.
+    pub(crate) fn turn_to(&mut self, map_from_goal: &Pose2) -> Result<Result<(), String>, AgentError> {
+        let here = self.map_from_base()?;
+        let way_m = (map_from_goal.translation.vector - here.translation.vector).norm();
+        self.follow(&[here, *map_from_goal], way_m + 1.0)
+    }
+
+    fn follow(&mut self, path: &[Pose2], length_m: f64) -> Result<Result<(), String>, AgentError> {
+        /// The path is sent anew when the map shows that odometry is off by this much.
+        const DRIFT: (f64, f64) = (0.03, 0.03);
+        /// A new obstacle this near to the path ahead blocks it, metres.
+        const NEAR_M: f64 = 0.12;
+        let base_from_held = self.base_from_held()?;
+        let start_drift = self.senses.map_from_odom();
+        let Self { robot, senses, aosm, .. } = self;
+        let footprint_m = robot.description().base.as_ref().map_or(0.0, |base| base.footprint_radius_m);
+        let mut sent = start_drift;
+        let mut n_looks = 0_usize;
+        let ended = drive::follow(*robot, start_drift, path, length_m, &mut |robot| {
+            senses.feel(robot)?;
+            n_looks += 1;
+            if n_looks.is_multiple_of(5) {
+                senses.look(robot, aosm, base_from_held)?;
+            }
+            let map_from_base = senses.map_from_odom() * robot.state()?.odom_from_base;
+            if let Some(map) = senses.map()
+                && n_looks.is_multiple_of(3)
+                && let Some(place) = obstacle_on(map, drive::rest_of(path, &map_from_base), footprint_m - NEAR_M)
+            {
+                return Ok(Watch::Blocked(place));
+            }
+            let now = senses.map_from_odom();
+            let change = sent.inverse() * now;
+            if change.translation.vector.norm() > DRIFT.0 || change.rotation.angle().abs() > DRIFT.1 {
+                sent = now;
+                return Ok(Watch::Drifted(now));
+            }
+            Ok(Watch::GoOn)
+        })?;
+        if let Some(map) = self.senses.map() {
+            self.aosm.grid.clone_from(map);
+        }
+        match ended {
             Drive::Arrived => Ok(Ok(())),
             Drive::Blocked(at) => Ok(Err(format!("something stands in the way at ({:.1}, {:.1}) m", at.x, at.y))),
             Drive::Failed(why) => Ok(Err(why)),
         }
     }
+}
+
+/// The first place of a path whose surroundings hold an obstacle.
+fn obstacle_on(map: &OccupancyGrid, path: &[Pose2], radius_m: f64) -> Option<Point2<f64>> {
+    /// Only what lies this far ahead matters now, metres.
+    const AHEAD_M: f64 = 1.5;
+    let n_around = 8;
+    let first = path.first()?;
+    path.iter()
+        .take_while(|pose| (pose.translation.vector - first.translation.vector).norm() < AHEAD_M)
+        .flat_map(|pose| {
+            (0..n_around).map(move |i| {
+                let angle = std::f64::consts::TAU * f64::from(i) / f64::from(n_around);
+                Point2::from(pose.translation.vector + radius_m * nalgebra::Vector2::new(angle.cos(), angle.sin()))
+            })
+        })
+        .find(|point| map.cell_at(point).is_occupied())
 }

@@ -51,10 +51,6 @@ impl Console {
         Self { is_json, is_quiet, bar }
     }
 
-    pub(crate) fn is_json(&self) -> bool {
-        self.is_json
-    }
-
     /// What is going on right now; replaced by the next.
     pub(crate) fn progress(&self, text: impl Into<String>) {
         if !self.bar.is_hidden() {

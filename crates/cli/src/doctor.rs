@@ -48,7 +48,7 @@ pub(crate) fn doctor(console: &Console) -> anyhow::Result<Answer> {
             what: "planner Fast Downward",
             found: FastDownward::discover(&fast_downward_places())
                 .map(|_| "found".to_owned())
-                .map_err(|error| error.to_string()),
+                .map_err(|_| "not found; `cargo x setup` or `pip install up-fast-downward` gets it".to_owned()),
             is_needed: false,
         },
     ];

@@ -48,9 +48,7 @@ pub(crate) fn planner(name: PlannerName) -> anyhow::Result<Box<dyn Planner>> {
 pub(crate) fn fast_downward_places() -> Vec<PathBuf> {
     let mut places: Vec<PathBuf> = std::env::var_os("FAST_DOWNWARD").map(PathBuf::from).into_iter().collect();
     if let Some(path) = std::env::var_os("PATH") {
-        places.extend(std::env::split_paths(&path).flat_map(|dir| {
-            ["fast-downward.py", "fast-downward", "downward"].map(|name| dir.join(name))
-        }));
+        places.extend(std::env::split_paths(&path));
     }
     if let Ok(program) = std::env::current_exe() {
         places.extend(program.ancestors().skip(1).take(4).map(|dir| dir.join(".deps/fast-downward")));

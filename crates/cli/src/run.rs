@@ -7,10 +7,12 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use factotum_agent::{AgentError, Executive, RunReport, Settings};
 use factotum_descriptions::RobotDescription;
+use factotum_geometry::Pose2;
+use factotum_geometry::grid::{Cell, OccupancyGrid, map_overlap};
 use factotum_protocol::{self as wire, ServerMessage};
-use factotum_semantic_map::{Aosm, ChoreGoal};
+use factotum_semantic_map::{Aosm, ChoreGoal, home_folder};
 use factotum_studio::{Studio, StudioConfig, StudioHandle};
-use factotum_worlds::{Fault, HomeScene, Noise, SimRobot, WorldConfig};
+use factotum_worlds::{Fault, FaultSwitch, HomeScene, Noise, SimRobot, WorldConfig};
 use serde_json::json;
 
 use crate::assets;
@@ -45,6 +47,9 @@ pub(crate) struct RunArgs {
     /// Task planner.
     #[arg(long, value_enum, default_value_t)]
     planner: PlannerName,
+    /// Run folder to write: the home as it was mapped, and the result.
+    #[arg(long)]
+    out: Option<PathBuf>,
 }
 
 /// What may go wrong on request.
@@ -67,6 +72,9 @@ impl From<FaultName> for Fault {
         }
     }
 }
+
+/// Edge of a cell of the map, metres.
+const MAP_RESOLUTION_M: f64 = 0.05;
 
 /// What came of one chore.
 struct Done {
@@ -128,55 +136,39 @@ pub(crate) fn run(args: &RunArgs, console: &Console) -> anyhow::Result<Answer> {
     let mut pacer = Pacer::new(studio.clone(), stop.clone(), &sim, speed);
     sim.set_observer(FRAME_SECS, Box::new(move |view| pacer.frame(view)));
 
-    let map_from_odom = sim.world_from_odom_start();
-    let mut aosm = Aosm::new(classes, sim.true_grid(0.05)?);
-    for object in sim.scene().objects() {
-        let pose = sim.world_from_object(&object.name)?;
-        let name = aosm.add_object(&object.class, pose, factotum_semantic_map::ObjectSource::Given, 0.0)?;
-        for (joint, range) in &object.joints {
-            aosm.object_mut(&name)?.joints.insert(joint.clone(), range[0]);
-        }
+    // The map begins where the robot stands: nothing of the home is given.
+    let world_from_map = sim.world_from_odom_start();
+    let nothing = OccupancyGrid::filled(1, 1, MAP_RESOLUTION_M, Pose2::identity(), Cell::UNKNOWN)?;
+    let aosm = Aosm::new(classes, nothing);
+    let mut reporter =
+        Reporter { studio: studio.clone(), stop: stop.clone(), console, world_from_map, n_plans: 0 };
+    let faults = sim.fault_switch();
+    let mut executive = Executive::new(
+        &mut sim,
+        aosm,
+        Pose2::identity(),
+        planner.as_ref(),
+        &mut reporter,
+        Settings::default(),
+        args.seed,
+    )?;
+    let reports = do_chores(&mut executive, &chores, &faults, console)?;
+    let n_edges = executive.graph().edges.len();
+    let n_nodes = executive.graph().nodes.len();
+    let aosm = executive.into_aosm();
+
+    if let Some(out) = &args.out {
+        home_folder::write(&out.join("home"), sim.scene().name(), &aosm).map_err(usage)?;
     }
-    let mut reporter = Reporter {
-        studio: studio.clone(),
-        stop: stop.clone(),
-        console,
-        world_from_map: factotum_geometry::Pose2::identity(),
-        n_plans: 0,
-    };
+
     let mut done: Vec<Done> = Vec::new();
-    for (name, goal) in &chores {
-        console.say(format_args!("chore: {name}"));
-        let mut executive = Executive::new(
-            &mut sim,
-            aosm,
-            map_from_odom,
-            planner.as_ref(),
-            &mut reporter,
-            Settings::default(),
-            args.seed,
-        )?;
-        let outcome = executive.do_chore(goal);
-        aosm = executive.into_aosm();
-        let report = match outcome {
-            Ok(report) => report,
-            Err(AgentError::Stopped) => {
-                console.say("stopped on request");
-                RunReport { reason: Some("stopped on request".to_owned()), ..RunReport::default() }
-            }
-            Err(error) => return Err(error.into()),
-        };
+    for ((name, _), report) in chores.iter().zip(reports) {
         let verdict = sim.judge().achieved(name)?;
-        console.say(format_args!(
-            "{name}: {} ({})",
-            if verdict.achieved { "achieved" } else { "not achieved" },
-            verdict.measured
-        ));
         done.push(Done { goal: name.clone(), report, achieved: verdict.achieved, measured: verdict.measured });
-        if stop.is_raised() {
-            break;
-        }
     }
+    let truth = sim.true_grid(MAP_RESOLUTION_M)?;
+    let map_iou = map_overlap(&aosm.grid, &truth, &world_from_map, 2.0 * MAP_RESOLUTION_M).free_iou;
+    let known = json!({"classes": aosm.classes.len(), "objects": aosm.objects.len(), "nodes": n_nodes, "edges": n_edges});
 
     let is_achieved = done.len() == chores.len() && done.iter().all(|chore| chore.achieved);
     if let Some(studio) = &studio {
@@ -184,13 +176,43 @@ pub(crate) fn run(args: &RunArgs, console: &Console) -> anyhow::Result<Answer> {
         studio.publish(ServerMessage::Done(wire::Done { achieved: is_achieved, summary }));
     }
     let wall_secs = started.elapsed().as_secs_f64();
-    let documents: Vec<_> = done.iter().map(|chore| document(chore, &aosm, wall_secs)).collect();
+    let documents: Vec<_> = done.iter().map(|chore| document(chore, &known, map_iou, wall_secs)).collect();
     let document = match documents.as_slice() {
         [one] => one.clone(),
         _ => json!({"achieved": is_achieved, "chores": documents, "wall_secs": wall_secs}),
     };
     console.answer(&document, || text(&done, wall_secs))?;
     Ok(Answer::from(is_achieved))
+}
+
+/// Explores, then does one chore after the other; what is learned in one serves the next.
+fn do_chores(
+    executive: &mut Executive<'_>,
+    chores: &[(String, ChoreGoal)],
+    faults: &FaultSwitch,
+    console: &Console,
+) -> anyhow::Result<Vec<RunReport>> {
+    let stopped = || RunReport { reason: Some("stopped on request".to_owned()), ..RunReport::default() };
+    match executive.explore(&mut |_| false) {
+        Ok(()) => {}
+        Err(AgentError::Stopped) => return Ok(vec![stopped(); chores.len()]),
+        Err(error) => return Err(error.into()),
+    }
+    // What goes wrong on request goes wrong after mapping.
+    faults.arm();
+    let mut reports = Vec::new();
+    for (name, goal) in chores {
+        console.say(format_args!("chore: {name}"));
+        match executive.do_chore(goal) {
+            Ok(report) => reports.push(report),
+            Err(AgentError::Stopped) => {
+                reports.resize(chores.len(), stopped());
+                break;
+            }
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(reports)
 }
 
 fn show_bodies(studio: &StudioHandle, sim: &SimRobot) {
@@ -201,7 +223,7 @@ fn show_bodies(studio: &StudioHandle, sim: &SimRobot) {
     }
 }
 
-fn document(done: &Done, aosm: &Aosm, wall_secs: f64) -> serde_json::Value {
+fn document(done: &Done, known: &serde_json::Value, map_iou: f64, wall_secs: f64) -> serde_json::Value {
     let report = &done.report;
     json!({
         "achieved": done.achieved,
@@ -214,7 +236,8 @@ fn document(done: &Done, aosm: &Aosm, wall_secs: f64) -> serde_json::Value {
             "attempts": step.attempts, "sim_secs": rounded(step.robot_secs),
         })).collect::<Vec<_>>(),
         "replans": report.n_replans,
-        "aosm": {"classes": aosm.classes.len(), "objects": aosm.objects.len(), "nodes": aosm.options().len(), "edges": 0},
+        "aosm": known,
+        "map_iou": rounded(map_iou),
         "wall_secs": rounded(wall_secs),
         "sim_secs": rounded(report.robot_secs),
         "peak_rss_mb": peak_rss_mb(),

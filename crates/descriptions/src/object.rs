@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::{DescriptionError, Placement, read_toml};
+use crate::{DescriptionError, Placement, parse_toml, read_toml};
 
 /// A class of objects.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -216,10 +216,21 @@ impl ObjectClass {
         } else {
             path.to_owned()
         };
-        let mut class: Self = read_toml(&file)?;
-        class.check(&file)?;
-        class.model = file.parent().unwrap_or(Path::new("")).join(&class.model);
-        Ok(class)
+        read_toml::<Self>(&file)?.checked(&file)
+    }
+
+    /// Reads the text of a `class.toml`; `file` is where it lies or would lie, for errors and the model's path.
+    ///
+    /// # Errors
+    /// Those of [`ObjectClass::load`], but for a file that cannot be read.
+    pub fn parse(text: &str, file: &Path) -> Result<Self, DescriptionError> {
+        parse_toml::<Self>(text, file)?.checked(file)
+    }
+
+    fn checked(mut self, file: &Path) -> Result<Self, DescriptionError> {
+        self.check(file)?;
+        self.model = file.parent().unwrap_or(Path::new("")).join(&self.model);
+        Ok(self)
     }
 
     /// The joint of that name.

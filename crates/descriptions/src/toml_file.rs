@@ -20,7 +20,15 @@ pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, DescriptionError
         path: path.to_owned(),
         source,
     })?;
-    toml::from_str(&text).map_err(|error| explain(path, &text, &error))
+    parse_toml(&text, path)
+}
+
+/// Reads TOML text into `T`; `path` is the file that errors name.
+///
+/// # Errors
+/// Those of [`read_toml`], but for `Io`.
+pub fn parse_toml<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, DescriptionError> {
+    toml::from_str(text).map_err(|error| explain(path, text, &error))
 }
 
 /// Writes `value` as TOML through a temporary file and a rename, so that a crash leaves the old file or the new one.

@@ -47,7 +47,7 @@ pub enum MapError {
         known: Vec<String>,
     },
     /// An approach region that is none.
-    #[error("approach of `{action}` of class `{class}`: {source}")]
+    #[error("approach of `{action}` of class `{class}`")]
     Approach {
         /// The class.
         class: String,

@@ -1,5 +1,7 @@
 //! The options of a map: its actions, bound to objects, each with the object whose approach region must hold the base.
 
+use std::f64::consts::TAU;
+
 use factotum_descriptions::{ActionKind, ActionSpec, Approach};
 use factotum_geometry::Pose;
 use factotum_symbols::{ApproachRegion, NavigationSymbol};
@@ -59,7 +61,10 @@ pub struct NavigationAnchor {
 impl NavigationAnchor {
     fn given(option: &str, class: &str, map_from_object: Pose, approach: Option<Approach>) -> Result<Self, MapError> {
         let approach = approach.unwrap_or(DEFAULT_APPROACH);
-        let region = ApproachRegion::new(approach.distance_m, approach.bearing_rad, approach.facing_tolerance_rad)
+        let [from, to] = approach.bearing_rad;
+        // A full turn written with a few digits may come out a little longer than one.
+        let bearing_rad = [from, if to - from < TAU + 1e-3 { to.min(from + TAU) } else { to }];
+        let region = ApproachRegion::new(approach.distance_m, bearing_rad, approach.facing_tolerance_rad)
             .map_err(|source| MapError::Approach {
                 class: class.to_owned(),
                 action: option.to_owned(),

@@ -1,0 +1,259 @@
+//! What the robot makes of its sensors: where it is, how the home looks, and which objects stand where.
+
+use std::collections::BTreeMap;
+
+use factotum_control::Robot;
+use factotum_descriptions::ObjectClass;
+use factotum_geometry::cloud::PointCloud;
+use factotum_geometry::frames::pose_from_planar;
+use factotum_geometry::grid::OccupancyGrid;
+use factotum_geometry::sensing::DepthFrame;
+use factotum_geometry::{Pose, Pose2};
+use factotum_perception::articulation::ArticulationParams;
+use factotum_perception::class_surface::ClassAppearance;
+use factotum_perception::detect::{DetectParams, Detection, Detector};
+use factotum_perception::home_cloud::HomeCloud;
+use factotum_perception::object_tracker::{ObjectTracker, TrackId, TrackerParams};
+use factotum_perception::slam::{Slam2d, SlamParams};
+use factotum_perception::visibility::{Presence, PresenceParams, presence};
+use factotum_semantic_map::{Aosm, Location, ObjectSource};
+use nalgebra::Point3;
+
+use crate::AgentError;
+
+/// Edge of a voxel of the home's point cloud, metres.
+const VOXEL_M: f64 = 0.03;
+/// Depth is too poor beyond this for the point cloud, metres.
+const CLOUD_RANGE_M: f64 = 3.0;
+/// An object must have been seen this often before it is believed.
+const N_SEEN_MIN: usize = 2;
+/// That an object is gone is seen from no farther than this, metres...
+const ABSENCE_RANGE_M: f64 = 2.0;
+/// ...and in so many pictures without one that shows it.
+const N_ABSENT_MIN: usize = 4;
+/// Joint positions are read from no farther than this, metres.
+const JOINT_RANGE_M: f64 = 1.6;
+
+/// The robot's senses and what they have gathered.
+pub(crate) struct Senses {
+    slam: Slam2d,
+    appearances: BTreeMap<String, ClassAppearance>,
+    detector: Detector,
+    tracker: ObjectTracker,
+    cloud: HomeCloud,
+    names: BTreeMap<TrackId, String>,
+    /// Pictures in a row that show nothing where an object should be.
+    n_absent: BTreeMap<String, usize>,
+    map_from_odom: Pose2,
+    position_std_m: f64,
+}
+
+impl Senses {
+    /// Senses for a robot whose first scan is taken at `map_from_base`, in a home of which `map` is known, if any.
+    pub(crate) fn new<'a>(
+        classes: impl Iterator<Item = &'a ObjectClass>,
+        map_from_odom: Pose2,
+        odom_from_base: &Pose2,
+        map: Option<&OccupancyGrid>,
+    ) -> Result<Self, AgentError> {
+        let mut appearances = BTreeMap::new();
+        for class in classes {
+            appearances.insert(class.name.clone(), ClassAppearance::load(class)?);
+        }
+        let models = appearances.values().map(|appearance| appearance.model.clone()).collect();
+        let map_from_base = map_from_odom * odom_from_base;
+        let params = SlamParams::default();
+        Ok(Self {
+            slam: match map {
+                Some(map) => Slam2d::resume(map, map_from_base, params)?,
+                None => Slam2d::new(map_from_base, params)?,
+            },
+            detector: Detector::new(models, DetectParams::default())?,
+            appearances,
+            tracker: ObjectTracker::new(TrackerParams::default()),
+            cloud: HomeCloud::new(VOXEL_M, CLOUD_RANGE_M),
+            names: BTreeMap::new(),
+            n_absent: BTreeMap::new(),
+            map_from_odom,
+            position_std_m: 0.0,
+        })
+    }
+
+    /// The correction of odometry's drift: where the odometry frame lies in the map.
+    pub(crate) fn map_from_odom(&self) -> Pose2 {
+        self.map_from_odom
+    }
+
+    /// The grid as mapped so far.
+    pub(crate) fn map(&self) -> Option<&OccupancyGrid> {
+        self.slam.map()
+    }
+
+    /// Surfaces seen by the camera, in the map frame.
+    pub(crate) fn seen(&self) -> PointCloud {
+        self.cloud.to_cloud(1)
+    }
+
+    /// Takes a scan: where the robot is, and what the floor plan looks like.
+    pub(crate) fn feel(&mut self, robot: &mut dyn Robot) -> Result<(), AgentError> {
+        let scan = robot.scan()?;
+        let update = self.slam.update(&scan.odom_from_base, &scan.data)?;
+        self.map_from_odom = update.map_from_base * scan.odom_from_base.inverse();
+        self.position_std_m = (update.covariance[(0, 0)] + update.covariance[(1, 1)]).max(0.0).sqrt();
+        Ok(())
+    }
+
+    /// Takes a picture: which objects stand where, and in which state. Returns the names of the objects it changed.
+    pub(crate) fn look(
+        &mut self,
+        robot: &mut dyn Robot,
+        aosm: &mut Aosm,
+        base_from_held: Option<Pose>,
+    ) -> Result<Vec<String>, AgentError> {
+        let picture = robot.look()?;
+        let mut frame = picture.data;
+        let footprint_m = robot.description().base.as_ref().map_or(0.0, |base| base.footprint_radius_m);
+        blank_robot(&mut frame, footprint_m);
+        let map_from_base = pose_from_planar(&(self.map_from_odom * picture.odom_from_base), 0.0);
+        self.cloud.add(&map_from_base, &frame, |label| label == 0);
+        let mut detections = self.detector.detect(&frame)?;
+        detections.retain(|detection| !is_held(detection, base_from_held));
+        let tracks = self.tracker.observe(&map_from_base, self.position_std_m, &detections);
+        let mut changed = Vec::new();
+        for (track, detection) in tracks.into_iter().zip(&detections) {
+            if let Some(name) = self.take_over(track, aosm)? {
+                self.read_joints(&name, detection, &frame, &map_from_base, aosm)?;
+                changed.push(name);
+            }
+        }
+        self.forget_gone(&frame, &map_from_base, aosm)?;
+        Ok(changed)
+    }
+
+    /// Brings a tracked object into the map, once it has been seen often enough.
+    fn take_over(&mut self, track: TrackId, aosm: &mut Aosm) -> Result<Option<String>, AgentError> {
+        let Some(tracked) = self.tracker.object(track) else { return Ok(None) };
+        if tracked.n_seen < N_SEEN_MIN {
+            return Ok(None);
+        }
+        let name = match self.names.get(&track) {
+            Some(name) if aosm.objects.contains_key(name) => name.clone(),
+            _ => {
+                // An object of the class that is known there already, by an earlier day or a lost track, is the same.
+                // Nor can two large things of a class stand in one another.
+                let gate_m = TrackerParams::default().gate_m + self.radius_m(&tracked.class);
+                let known = aosm.objects_of(&tracked.class).find(|object| {
+                    let apart = object.map_from_object.translation.vector - tracked.map_from_object.translation.vector;
+                    apart.norm() < gate_m
+                });
+                let name = match known {
+                    Some(object) => object.name.clone(),
+                    None => aosm.add_object(
+                        &tracked.class,
+                        tracked.map_from_object,
+                        ObjectSource::Seen,
+                        tracked.sigma_m,
+                    )?,
+                };
+                self.names.insert(track, name.clone());
+                name
+            }
+        };
+        let object = aosm.object_mut(&name)?;
+        // Of several tracks of one object the surest is believed.
+        let is_surest = tracked.sigma_m <= 1.5 * object.position_std_m.max(0.003);
+        if object.location == Location::Loose && is_surest {
+            object.map_from_object = tracked.map_from_object;
+            object.position_std_m = tracked.sigma_m;
+        }
+        Ok(Some(name))
+    }
+
+    /// Half the longest edge of a class's bounding box, metres.
+    fn radius_m(&self, class: &str) -> f64 {
+        let bounds = self.appearances.get(class).and_then(|appearance| appearance.model.surface.bounds());
+        bounds.map_or(0.0, |(low, high)| (high - low).max() / 2.0)
+    }
+
+    fn read_joints(
+        &self,
+        name: &str,
+        detection: &Detection,
+        frame: &DepthFrame,
+        map_from_base: &Pose,
+        aosm: &mut Aosm,
+    ) -> Result<(), AgentError> {
+        if detection.distance_m > JOINT_RANGE_M {
+            return Ok(());
+        }
+        let Some(appearance) = self.appearances.get(&detection.class) else { return Ok(()) };
+        let points: Vec<Point3<f64>> = frame.cloud_in_base(|label| label == detection.label).points().to_vec();
+        let base_from_object = map_from_base.inverse() * aosm.object(name)?.map_from_object;
+        for (joint, model) in &appearance.joints {
+            let read = model.joint_state_from_cloud(&points, &base_from_object, &ArticulationParams::default());
+            // Points that do not tell leave the belief as it is.
+            if let Ok(read) = read {
+                aosm.object_mut(name)?.joints.insert(joint.clone(), read.position);
+            }
+        }
+        Ok(())
+    }
+
+    /// Forgets loose movable objects where the camera sees that there is nothing any more.
+    fn forget_gone(&mut self, frame: &DepthFrame, map_from_base: &Pose, aosm: &mut Aosm) -> Result<(), AgentError> {
+        let mut gone = Vec::new();
+        for object in aosm.objects.values().filter(|object| object.location == Location::Loose) {
+            let is_movable = aosm.classes.get(&object.class).is_some_and(|class| class.movable);
+            let Some(appearance) = self.appearances.get(&object.class).filter(|_| is_movable) else { continue };
+            let base_from_object = map_from_base.inverse() * object.map_from_object;
+            if base_from_object.translation.vector.norm() > ABSENCE_RANGE_M {
+                continue;
+            }
+            let n_absent = self.n_absent.entry(object.name.clone()).or_insert(0);
+            match presence(frame, &appearance.model, &base_from_object, &PresenceParams::default()) {
+                Presence::Gone { .. } => *n_absent += 1,
+                Presence::Seen { .. } => *n_absent = 0,
+                Presence::Hidden | Presence::OutOfView => {}
+            }
+            if *n_absent >= N_ABSENT_MIN {
+                gone.push(object.name.clone());
+            }
+        }
+        for name in gone {
+            self.n_absent.remove(&name);
+            self.forget(&name);
+            aosm.objects.remove(&name);
+        }
+        Ok(())
+    }
+
+    /// Forgets the tracks of an object: it was moved, by the robot or by somebody else.
+    pub(crate) fn forget(&mut self, name: &str) {
+        let tracks: Vec<TrackId> =
+            self.names.iter().filter(|(_, known)| *known == name).map(|(track, _)| *track).collect();
+        for track in tracks {
+            self.names.remove(&track);
+            self.tracker.forget(track);
+        }
+    }
+}
+
+/// The robot does not map itself: what the camera sees above its own footprint is left out.
+fn blank_robot(frame: &mut DepthFrame, footprint_m: f64) {
+    for row in 0..frame.height {
+        for column in 0..frame.width {
+            let Some(point) = frame.point_in_optical(column, row) else { continue };
+            if (frame.base_from_optical * point).xy().coords.norm() < footprint_m {
+                frame.depth_m[row * frame.width + column] = 0.0;
+            }
+        }
+    }
+}
+
+/// Whether a detection is what the gripper holds.
+fn is_held(detection: &Detection, base_from_held: Option<Pose>) -> bool {
+    const NEAR_M: f64 = 0.25;
+    base_from_held.is_some_and(|held| {
+        (held.translation.vector - detection.base_from_object.translation.vector).norm() < NEAR_M
+    })
+}
