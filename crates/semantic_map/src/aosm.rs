@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use factotum_descriptions::ObjectClass;
 use factotum_geometry::Pose;
+use factotum_geometry::cloud::PointCloud;
 use factotum_geometry::grid::OccupancyGrid;
 
 use crate::MapError;
@@ -17,6 +18,8 @@ pub struct Aosm {
     pub objects: BTreeMap<String, MapObject>,
     /// M.
     pub grid: OccupancyGrid,
+    /// What the camera has seen of the home, in the map frame; empty if nothing was kept.
+    pub cloud: PointCloud,
 }
 
 /// An object of a home: an instance of a class, with its Γ.
@@ -65,8 +68,16 @@ pub enum ObjectSource {
 impl Aosm {
     /// A map of classes and nothing else.
     pub fn new(classes: impl IntoIterator<Item = ObjectClass>, grid: OccupancyGrid) -> Self {
-        let classes = classes.into_iter().map(|class| (class.name.clone(), class)).collect();
-        Self { classes, objects: BTreeMap::new(), grid }
+        let classes = classes
+            .into_iter()
+            .map(|class| (class.name.clone(), class))
+            .collect();
+        Self {
+            classes,
+            objects: BTreeMap::new(),
+            grid,
+            cloud: PointCloud::default(),
+        }
     }
 
     /// The class of that name.
@@ -114,12 +125,16 @@ impl Aosm {
 
     /// The objects of a class, by name.
     pub fn objects_of<'a>(&'a self, class: &'a str) -> impl Iterator<Item = &'a MapObject> {
-        self.objects.values().filter(move |object| object.class == class)
+        self.objects
+            .values()
+            .filter(move |object| object.class == class)
     }
 
     /// The object in the gripper, if any.
     pub fn held(&self) -> Option<&MapObject> {
-        self.objects.values().find(|object| object.location == Location::Held)
+        self.objects
+            .values()
+            .find(|object| object.location == Location::Held)
     }
 
     /// Puts an object of `class` into the map under the first free name `class_1`, `class_2`, ... and returns the name.
@@ -153,7 +168,9 @@ impl Aosm {
 
     /// The state names that hold for an object, from its joint positions.
     pub fn states_of(&self, object: &MapObject) -> Vec<&str> {
-        let Some(class) = self.classes.get(&object.class) else { return Vec::new() };
+        let Some(class) = self.classes.get(&object.class) else {
+            return Vec::new();
+        };
         object
             .joints
             .iter()

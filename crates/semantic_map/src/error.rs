@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use factotum_descriptions::DescriptionError;
+use factotum_geometry::cloud::ply::PlyError;
+use factotum_geometry::grid::map_server::MapFileError;
 use factotum_symbols::ApproachRegionError;
 use factotum_task_planning::operator::OperatorError;
 
@@ -72,9 +74,17 @@ pub enum MapError {
     /// A TOML file of a home folder is wrong.
     #[error(transparent)]
     Description(#[from] DescriptionError),
-    /// The map file of a home folder is wrong.
-    #[error("map of the home: {0}")]
-    Grid(String),
+    /// The map files of a home folder are wrong.
+    #[error(transparent)]
+    Map(#[from] MapFileError),
+    /// The point cloud of a home folder is wrong.
+    #[error("point cloud `{}`: {source}", path.display())]
+    Cloud {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: PlyError,
+    },
     /// A home folder contradicts itself.
     #[error("home folder `{}`: {problem}", path.display())]
     Home {
@@ -83,8 +93,43 @@ pub enum MapError {
         /// What was found and what was wanted.
         problem: String,
     },
+    /// The journal of a home cannot be read or written.
+    #[error("journal `{}`: {source}", path.display())]
+    Journal {
+        /// The journal file.
+        path: PathBuf,
+        /// The database's word.
+        source: rusqlite::Error,
+    },
+    /// The journal of a home is broken. The text files are whole all the same.
+    #[error(
+        "journal `{}` is damaged ({found}); the home's text files do not need it: move it away to go on without its history",
+        path.display()
+    )]
+    JournalDamaged {
+        /// The journal file.
+        path: PathBuf,
+        /// What was found.
+        found: String,
+    },
+    /// Another process has the home open.
+    #[error("home folder `{}` is open in another process; close it there first", path.display())]
+    InUse {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A new home was to be made where something is.
+    #[error("`{}` is there already, expected a folder without a home", path.display())]
+    Exists {
+        /// The file that is there.
+        path: PathBuf,
+    },
 }
 
 fn list(names: &[String]) -> String {
-    if names.is_empty() { "nothing".to_owned() } else { format!("`{}`", names.join("`, `")) }
+    if names.is_empty() {
+        "nothing".to_owned()
+    } else {
+        format!("`{}`", names.join("`, `"))
+    }
 }

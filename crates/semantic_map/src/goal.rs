@@ -55,19 +55,27 @@ impl ChoreGoal {
                     class: self.class.clone(),
                     what: "state",
                     name: state.clone(),
-                    known: class.states.iter().map(|state| state.name.clone()).collect(),
+                    known: class
+                        .states
+                        .iter()
+                        .map(|state| state.name.clone())
+                        .collect(),
                 });
             }
         }
-        Ok(Condition::all(aosm.objects_of(&self.class).map(|object| match &self.wanted {
-            Wanted::State(state) => {
-                Condition::atom(state_predicate(&self.class, state), [object.name.as_str()])
+        Ok(Condition::all(aosm.objects_of(&self.class).map(|object| {
+            match &self.wanted {
+                Wanted::State(state) => {
+                    Condition::atom(state_predicate(&self.class, state), [object.name.as_str()])
+                }
+                Wanted::In(container) => Condition::Or(
+                    aosm.objects_of(container)
+                        .map(|container| {
+                            Condition::atom(IN, [object.name.as_str(), container.name.as_str()])
+                        })
+                        .collect(),
+                ),
             }
-            Wanted::In(container) => Condition::Or(
-                aosm.objects_of(container)
-                    .map(|container| Condition::atom(IN, [object.name.as_str(), container.name.as_str()]))
-                    .collect(),
-            ),
         })))
     }
 }
@@ -82,12 +90,19 @@ impl ChoreGoal {
             class: class.name.clone(),
             what: "action",
             name: action.to_owned(),
-            known: class.actions.iter().map(|action| action.name.clone()).collect(),
+            known: class
+                .actions
+                .iter()
+                .map(|action| action.name.clone())
+                .collect(),
         })?;
         let wanted = match spec.kind {
             ActionKind::PickPlace => Wanted::In(spec.target_class.clone().unwrap_or_default()),
             ActionKind::Articulate => Wanted::State(spec.effect.clone().unwrap_or_default()),
         };
-        Ok(Self { class: class.name.clone(), wanted })
+        Ok(Self {
+            class: class.name.clone(),
+            wanted,
+        })
     }
 }

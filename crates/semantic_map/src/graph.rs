@@ -43,9 +43,15 @@ impl TopologicalGraph {
         let mut edges = Vec::new();
         for a in 0..nodes.len() {
             for b in a + 1..nodes.len() {
-                let ends = nodes[a].map_from_base.first().zip(nodes[b].map_from_base.first());
+                let ends = nodes[a]
+                    .map_from_base
+                    .first()
+                    .zip(nodes[b].map_from_base.first());
                 if let Some(length_m) = ends.and_then(|(from, to)| path_length_m(from, to)) {
-                    edges.push(GraphEdge { nodes: [a, b], length_m });
+                    edges.push(GraphEdge {
+                        nodes: [a, b],
+                        length_m,
+                    });
                 }
             }
         }

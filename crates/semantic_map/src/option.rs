@@ -59,18 +59,37 @@ pub struct NavigationAnchor {
 }
 
 impl NavigationAnchor {
-    fn given(option: &str, class: &str, map_from_object: Pose, approach: Option<Approach>) -> Result<Self, MapError> {
+    fn given(
+        option: &str,
+        class: &str,
+        map_from_object: Pose,
+        approach: Option<Approach>,
+    ) -> Result<Self, MapError> {
         let approach = approach.unwrap_or(DEFAULT_APPROACH);
         let [from, to] = approach.bearing_rad;
         // A full turn written with a few digits may come out a little longer than one.
-        let bearing_rad = [from, if to - from < TAU + 1e-3 { to.min(from + TAU) } else { to }];
-        let region = ApproachRegion::new(approach.distance_m, bearing_rad, approach.facing_tolerance_rad)
-            .map_err(|source| MapError::Approach {
-                class: class.to_owned(),
-                action: option.to_owned(),
-                source,
-            })?;
-        Ok(Self { map_from_object, symbol: NavigationSymbol::given(option, class, region) })
+        let bearing_rad = [
+            from,
+            if to - from < TAU + 1e-3 {
+                to.min(from + TAU)
+            } else {
+                to
+            },
+        ];
+        let region = ApproachRegion::new(
+            approach.distance_m,
+            bearing_rad,
+            approach.facing_tolerance_rad,
+        )
+        .map_err(|source| MapError::Approach {
+            class: class.to_owned(),
+            action: option.to_owned(),
+            source,
+        })?;
+        Ok(Self {
+            map_from_object,
+            symbol: NavigationSymbol::given(option, class, region),
+        })
     }
 }
 
@@ -93,7 +112,12 @@ impl Aosm {
                 step: step.clone(),
                 object: object.name.clone(),
                 kind: OptionKind::Pick,
-                anchor: NavigationAnchor::given(&step.name, &class.name, object.map_from_object, approach)?,
+                anchor: NavigationAnchor::given(
+                    &step.name,
+                    &class.name,
+                    object.map_from_object,
+                    approach,
+                )?,
             });
         }
         let action = class
@@ -104,7 +128,11 @@ impl Aosm {
                 class: class.name.clone(),
                 what: "action",
                 name: step.name.clone(),
-                known: class.actions.iter().map(|action| action.name.clone()).collect(),
+                known: class
+                    .actions
+                    .iter()
+                    .map(|action| action.name.clone())
+                    .collect(),
             })?
             .clone();
         match action.kind {
@@ -120,7 +148,8 @@ impl Aosm {
                 kind: OptionKind::Articulate { action },
             }),
             ActionKind::PickPlace => {
-                let target = self.object(step.args.get(1).map(String::as_str).unwrap_or_default())?;
+                let target =
+                    self.object(step.args.get(1).map(String::as_str).unwrap_or_default())?;
                 Ok(OptionSpec {
                     step: step.clone(),
                     object: object.name.clone(),
@@ -130,7 +159,10 @@ impl Aosm {
                         target.map_from_object,
                         action.place_approach,
                     )?,
-                    kind: OptionKind::Place { target: target.name.clone(), action },
+                    kind: OptionKind::Place {
+                        target: target.name.clone(),
+                        action,
+                    },
                 })
             }
         }
@@ -140,7 +172,9 @@ impl Aosm {
     pub fn options(&self) -> Vec<OptionSpec> {
         let mut steps = Vec::new();
         for object in self.objects.values() {
-            let Some(class) = self.classes.get(&object.class) else { continue };
+            let Some(class) = self.classes.get(&object.class) else {
+                continue;
+            };
             if class.movable {
                 steps.push(GroundAction::new(PICK, [&object.name]));
             }
@@ -149,13 +183,19 @@ impl Aosm {
                 match (action.kind, &action.target_class) {
                     (ActionKind::PickPlace, Some(target_class)) => {
                         for target in self.objects_of(target_class) {
-                            steps.push(GroundAction::new(name.clone(), [&object.name, &target.name]));
+                            steps.push(GroundAction::new(
+                                name.clone(),
+                                [&object.name, &target.name],
+                            ));
                         }
                     }
                     _ => steps.push(GroundAction::new(name, [&object.name])),
                 }
             }
         }
-        steps.iter().filter_map(|step| self.option(step).ok()).collect()
+        steps
+            .iter()
+            .filter_map(|step| self.option(step).ok())
+            .collect()
     }
 }

@@ -37,7 +37,11 @@ pub(crate) fn operator_name(
         || classes
             .values()
             .any(|other| other.name != class.name && other.action(&action.name).is_some());
-    if is_shared { format!("{}-{}", action.name, class.name) } else { action.name.clone() }
+    if is_shared {
+        format!("{}-{}", action.name, class.name)
+    } else {
+        action.name.clone()
+    }
 }
 
 impl Aosm {
@@ -63,9 +67,13 @@ impl Aosm {
                     .build()?,
             );
         for class in self.classes.values() {
-            domain = domain.object_type(&class.name, if class.movable { MOVABLE } else { "object" });
+            domain =
+                domain.object_type(&class.name, if class.movable { MOVABLE } else { "object" });
             for state in &class.states {
-                domain = domain.predicate(state_predicate(&class.name, &state.name), [("o", class.name.as_str())]);
+                domain = domain.predicate(
+                    state_predicate(&class.name, &state.name),
+                    [("o", class.name.as_str())],
+                );
             }
         }
         for class in self.classes.values() {
@@ -89,7 +97,11 @@ impl Aosm {
         for object in self.objects.values() {
             let name = object.name.as_str();
             problem = problem.object(name, &object.class);
-            if self.classes.get(&object.class).is_some_and(|class| class.movable) {
+            if self
+                .classes
+                .get(&object.class)
+                .is_some_and(|class| class.movable)
+            {
                 problem = match &object.location {
                     Location::Loose => problem.fact(LOOSE, [name]),
                     Location::Held => problem.fact(HOLDING, [name]),

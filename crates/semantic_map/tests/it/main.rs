@@ -6,7 +6,8 @@ use factotum_descriptions::ObjectClass;
 use factotum_geometry::grid::{Cell, OccupancyGrid};
 use factotum_geometry::{Pose, Pose2};
 use factotum_semantic_map::{
-    Aosm, ChoreGoal, GraphNode, Location, MapError, ObjectSource, OptionKind, TopologicalGraph, Wanted, home_folder,
+    Aosm, ChoreGoal, GraphNode, Location, MapError, ObjectSource, OptionKind, TopologicalGraph,
+    Wanted, home_folder,
 };
 use factotum_task_planning::operator::GroundAction;
 use factotum_task_planning::pddl::{write_domain, write_problem};
@@ -21,23 +22,49 @@ fn household() -> Aosm {
         .map(|name| ObjectClass::load(&objects_dir().join(name)).unwrap());
     let grid = OccupancyGrid::filled(40, 30, 0.05, Pose2::identity(), Cell::FREE).unwrap();
     let mut aosm = Aosm::new(classes, grid);
-    for (class, x) in [("bottle", 1.0), ("bin", 2.0), ("light_switch", 3.0), ("faucet", 4.0)] {
-        aosm.add_object(class, Pose::translation(x, 0.5, 0.3), ObjectSource::Seen, 0.01).unwrap();
+    for (class, x) in [
+        ("bottle", 1.0),
+        ("bin", 2.0),
+        ("light_switch", 3.0),
+        ("faucet", 4.0),
+    ] {
+        aosm.add_object(
+            class,
+            Pose::translation(x, 0.5, 0.3),
+            ObjectSource::Seen,
+            0.01,
+        )
+        .unwrap();
     }
-    aosm.object_mut("light_switch_1").unwrap().joints.insert("toggle".to_owned(), 0.35);
-    aosm.object_mut("faucet_1").unwrap().joints.insert("handle".to_owned(), 1.2);
+    aosm.object_mut("light_switch_1")
+        .unwrap()
+        .joints
+        .insert("toggle".to_owned(), 0.35);
+    aosm.object_mut("faucet_1")
+        .unwrap()
+        .joints
+        .insert("handle".to_owned(), 1.2);
     aosm
 }
 
 fn chore(class: &str, wanted: Wanted) -> ChoreGoal {
-    ChoreGoal { class: class.to_owned(), wanted }
+    ChoreGoal {
+        class: class.to_owned(),
+        wanted,
+    }
 }
 
 fn plan_for(aosm: &Aosm, goal: &ChoreGoal) -> Vec<String> {
     let domain = aosm.domain().unwrap();
-    let problem = aosm.problem(&domain, goal.condition(aosm).unwrap()).unwrap();
-    let outcome = Ferroplan::default().solve(&domain, &problem, &Limits::default()).unwrap();
-    let plan = outcome.plan().unwrap_or_else(|| panic!("no plan for {goal:?}: {outcome:?}"));
+    let problem = aosm
+        .problem(&domain, goal.condition(aosm).unwrap())
+        .unwrap();
+    let outcome = Ferroplan::default()
+        .solve(&domain, &problem, &Limits::default())
+        .unwrap();
+    let plan = outcome
+        .plan()
+        .unwrap_or_else(|| panic!("no plan for {goal:?}: {outcome:?}"));
     plan.steps.iter().map(ToString::to_string).collect()
 }
 
@@ -45,7 +72,10 @@ fn plan_for(aosm: &Aosm, goal: &ChoreGoal) -> Vec<String> {
 fn the_three_chores_have_the_plans_one_expects() {
     let aosm = household();
     let throw_away = chore("bottle", Wanted::In("bin".to_owned()));
-    assert_eq!(plan_for(&aosm, &throw_away), ["(pick bottle_1)", "(throw_away bottle_1 bin_1)"]);
+    assert_eq!(
+        plan_for(&aosm, &throw_away),
+        ["(pick bottle_1)", "(throw_away bottle_1 bin_1)"]
+    );
     let light_off = chore("light_switch", Wanted::State("off".to_owned()));
     assert_eq!(plan_for(&aosm, &light_off), ["(turn_off light_switch_1)"]);
     let faucet_closed = chore("faucet", Wanted::State("closed".to_owned()));
@@ -55,8 +85,17 @@ fn the_three_chores_have_the_plans_one_expects() {
 #[test]
 fn a_goal_that_holds_needs_no_steps() {
     let mut aosm = household();
-    aosm.object_mut("light_switch_1").unwrap().joints.insert("toggle".to_owned(), -0.35);
-    assert!(plan_for(&aosm, &chore("light_switch", Wanted::State("off".to_owned()))).is_empty());
+    aosm.object_mut("light_switch_1")
+        .unwrap()
+        .joints
+        .insert("toggle".to_owned(), -0.35);
+    assert!(
+        plan_for(
+            &aosm,
+            &chore("light_switch", Wanted::State("off".to_owned()))
+        )
+        .is_empty()
+    );
 }
 
 #[test]
@@ -64,7 +103,10 @@ fn a_held_bottle_is_not_picked_again_and_blocks_the_switch() {
     let mut aosm = household();
     aosm.object_mut("bottle_1").unwrap().location = Location::Held;
     let throw_away = chore("bottle", Wanted::In("bin".to_owned()));
-    assert_eq!(plan_for(&aosm, &throw_away), ["(throw_away bottle_1 bin_1)"]);
+    assert_eq!(
+        plan_for(&aosm, &throw_away),
+        ["(throw_away bottle_1 bin_1)"]
+    );
     // The switch needs an empty hand, so the bottle goes into the bin first.
     let light_off = chore("light_switch", Wanted::State("off".to_owned()));
     assert_eq!(plan_for(&aosm, &light_off).len(), 2);
@@ -73,19 +115,28 @@ fn a_held_bottle_is_not_picked_again_and_blocks_the_switch() {
 #[test]
 fn the_domain_reads_like_the_classes() {
     let mut aosm = household();
-    aosm.classes.retain(|name, _| name == "light_switch" || name == "bottle" || name == "bin");
+    aosm.classes
+        .retain(|name, _| name == "light_switch" || name == "bottle" || name == "bin");
     aosm.objects.retain(|_, object| object.class != "faucet");
     let domain = aosm.domain().unwrap();
-    let goal = chore("light_switch", Wanted::State("off".to_owned())).condition(&aosm).unwrap();
+    let goal = chore("light_switch", Wanted::State("off".to_owned()))
+        .condition(&aosm)
+        .unwrap();
     let problem = aosm.problem(&domain, goal).unwrap();
-    insta::assert_snapshot!(format!("{}\n{}", write_domain(&domain), write_problem(&problem)));
+    insta::assert_snapshot!(format!(
+        "{}\n{}",
+        write_domain(&domain),
+        write_problem(&problem)
+    ));
 }
 
 #[test]
 fn a_goal_without_its_bin_says_what_is_missing() {
     let mut aosm = household();
     aosm.objects.remove("bin_1");
-    let error = chore("bottle", Wanted::In("bin".to_owned())).condition(&aosm).unwrap_err();
+    let error = chore("bottle", Wanted::In("bin".to_owned()))
+        .condition(&aosm)
+        .unwrap_err();
     assert_eq!(
         error.to_string(),
         "no bin has been found in this home; found: `bottle_1`, `faucet_1`, `light_switch_1`"
@@ -95,12 +146,22 @@ fn a_goal_without_its_bin_says_what_is_missing() {
 #[test]
 fn a_plan_step_binds_to_the_object_and_its_approach_region() {
     let aosm = household();
-    let option = aosm.option(&GroundAction::new("throw_away", ["bottle_1", "bin_1"])).unwrap();
+    let option = aosm
+        .option(&GroundAction::new("throw_away", ["bottle_1", "bin_1"]))
+        .unwrap();
     assert!(matches!(&option.kind, OptionKind::Place { target, .. } if target == "bin_1"));
     // The base must stand by the bin, not by the bottle.
-    assert_eq!(option.anchor.map_from_object, aosm.object("bin_1").unwrap().map_from_object);
-    let error = aosm.option(&GroundAction::new("turn_up", ["light_switch_1"])).unwrap_err();
-    assert_eq!(error.to_string(), "class `light_switch` has no action `turn_up`; it has: `turn_off`, `turn_on`");
+    assert_eq!(
+        option.anchor.map_from_object,
+        aosm.object("bin_1").unwrap().map_from_object
+    );
+    let error = aosm
+        .option(&GroundAction::new("turn_up", ["light_switch_1"]))
+        .unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "class `light_switch` has no action `turn_up`; it has: `turn_off`, `turn_on`"
+    );
 }
 
 #[test]
@@ -136,7 +197,10 @@ fn a_home_folder_reads_back_as_it_was_written() {
     for (object, read) in aosm.objects.values().zip(again.objects.values()) {
         let apart = object.map_from_object.inverse() * read.map_from_object;
         assert!(apart.translation.vector.norm() < 1e-9 && apart.rotation.angle() < 1e-9);
-        assert_eq!((&object.name, &object.joints, &object.location), (&read.name, &read.joints, &read.location));
+        assert_eq!(
+            (&object.name, &object.joints, &object.location),
+            (&read.name, &read.joints, &read.location)
+        );
     }
     // Writing it again changes no file.
     home_folder::write(dir.path(), "test home", &again).unwrap();
@@ -152,5 +216,10 @@ fn a_home_folder_that_contradicts_itself_is_refused_by_name() {
     std::fs::write(&path, text.replace("class = \"bin\"", "class = \"bim\"")).unwrap();
     let error = home_folder::read(dir.path()).unwrap_err();
     assert!(matches!(error, MapError::Home { .. }));
-    assert!(error.to_string().contains("object class `bim` is not in the map; known: `bin`"), "{error}");
+    assert!(
+        error
+            .to_string()
+            .contains("object class `bim` is not in the map; known: `bin`"),
+        "{error}"
+    );
 }

@@ -1,0 +1,265 @@
+//! Edits of a home: what a person or the robot can change, each as changes of documents.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use factotum_descriptions::{ObjectClass, Placement, parse_toml};
+use factotum_geometry::Pose;
+use factotum_geometry::cloud::PointCloud;
+use factotum_geometry::grid::OccupancyGrid;
+use factotum_geometry::grid::map_server::StoredMap;
+
+use crate::home_folder::{
+    self, CLOUD, Documents, ObjectEntry, class_documents, cloud_document, entry_of, home_document,
+    map_documents, object_document, stored_map,
+};
+use crate::{Aosm, Location, MapError, MapObject};
+
+/// A change of a home, to be journaled and undone as one.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Edit {
+    /// Put a new object into the map.
+    AddObject(MapObject),
+    /// Take an object out of the map.
+    RemoveObject {
+        /// Its name.
+        name: String,
+    },
+    /// Give an object another Γ.
+    MoveObject {
+        /// Its name.
+        name: String,
+        /// The new Γ.
+        map_from_object: Pose,
+    },
+    /// Set joint positions of an object; joints not named stay.
+    SetJoints {
+        /// Its name.
+        name: String,
+        /// Positions, rad or m, by joint name.
+        joints: BTreeMap<String, f64>,
+    },
+    /// Say what holds an object.
+    SetLocation {
+        /// Its name.
+        name: String,
+        /// What holds it now.
+        location: Location,
+    },
+    /// Give an object another name. What is inside of it stays inside.
+    Rename {
+        /// Its name.
+        name: String,
+        /// The new name.
+        to: String,
+    },
+    /// Add a class, or change the one of that name. The model is copied from where the class says it is.
+    PutClass(Box<ObjectClass>),
+    /// Take a class, of which there is no object, out of the map.
+    RemoveClass {
+        /// Its name.
+        name: String,
+    },
+    /// Replace the grid. One of the same size keeps the stored map's thresholds, and the pixels that still say the same.
+    SetMap(OccupancyGrid),
+    /// Replace the point cloud.
+    SetCloud(PointCloud),
+    /// Replace everything, as after an exploration.
+    SetAll(Box<Aosm>),
+    /// Give the home another name.
+    SetHomeName(String),
+}
+
+/// New bytes by document; none where the document goes.
+pub(crate) type DocumentChanges = BTreeMap<String, Option<Vec<u8>>>;
+
+/// The changes that make one set of documents into another.
+pub(crate) fn difference(before: &Documents, after: &Documents) -> DocumentChanges {
+    let removed = before
+        .keys()
+        .filter(|name| !after.contains_key(*name))
+        .map(|name| (name.clone(), None));
+    let put = after
+        .iter()
+        .filter(|(name, bytes)| before.get(*name) != Some(*bytes));
+    removed
+        .chain(put.map(|(name, bytes)| (name.clone(), Some(bytes.clone()))))
+        .collect()
+}
+
+impl Edit {
+    /// One line for the history, e.g. `move bottle_1`.
+    pub fn summary(&self) -> String {
+        match self {
+            Self::AddObject(object) => format!("add {}", object.name),
+            Self::RemoveObject { name } => format!("remove {name}"),
+            Self::MoveObject { name, .. } => format!("move {name}"),
+            Self::SetJoints { name, .. } => format!("set joints of {name}"),
+            Self::SetLocation {
+                name,
+                location: Location::Loose,
+            } => format!("put {name} down"),
+            Self::SetLocation {
+                name,
+                location: Location::Held,
+            } => format!("take {name}"),
+            Self::SetLocation {
+                name,
+                location: Location::In(container),
+            } => format!("put {name} in {container}"),
+            Self::Rename { name, to } => format!("rename {name} to {to}"),
+            Self::PutClass(class) => format!("put class {}", class.name),
+            Self::RemoveClass { name } => format!("remove class {name}"),
+            Self::SetMap(_) => "replace the map".to_owned(),
+            Self::SetCloud(_) => "replace the point cloud".to_owned(),
+            Self::SetAll(_) => "replace everything".to_owned(),
+            Self::SetHomeName(name) => format!("name the home {name}"),
+        }
+    }
+
+    /// What the edit does to the documents of `home`. Whether the result makes sense is checked where it is assembled.
+    pub(crate) fn changes(&self, home: &HomeView<'_>) -> Result<DocumentChanges, MapError> {
+        let put = |documents: Documents| -> DocumentChanges {
+            documents
+                .into_iter()
+                .map(|(name, bytes)| (name, Some(bytes)))
+                .collect()
+        };
+        match self {
+            Self::AddObject(object) => {
+                if home.aosm.objects.contains_key(&object.name) {
+                    return Err(home.name_taken(&object.name));
+                }
+                home.put_entry(&entry_of(object))
+            }
+            Self::RemoveObject { name } => {
+                home.aosm.object(name)?;
+                Ok(DocumentChanges::from([(object_document(name), None)]))
+            }
+            Self::MoveObject {
+                name,
+                map_from_object,
+            } => home.change_entry(name, |entry| {
+                let Placement { xyz, rpy } = (*map_from_object).into();
+                (entry.xyz, entry.rpy) = (xyz, rpy);
+            }),
+            Self::SetJoints { name, joints } => {
+                home.change_entry(name, |entry| entry.joints.extend(joints.clone()))
+            }
+            Self::SetLocation { name, location } => {
+                home.change_entry(name, |entry| entry.set_location(location))
+            }
+            Self::Rename { name, to } => home.rename(name, to),
+            Self::PutClass(class) => {
+                let mut changes = home.without_class(&class.name);
+                changes.extend(put(class_documents(class)?));
+                Ok(changes)
+            }
+            Self::RemoveClass { name } => {
+                home.aosm.class(name)?;
+                Ok(home.without_class(name))
+            }
+            Self::SetMap(grid) => home.map_changes(grid),
+            Self::SetCloud(cloud) => {
+                let mut changes = DocumentChanges::from([(CLOUD.to_owned(), None)]);
+                changes.extend(put(cloud_document(cloud)));
+                Ok(changes)
+            }
+            Self::SetAll(aosm) => Ok(difference(
+                home.documents,
+                &home_folder::of_aosm(home.name, aosm)?,
+            )),
+            Self::SetHomeName(name) => Ok(put(home_document(name)?)),
+        }
+    }
+}
+
+/// A home as it is before an edit.
+#[derive(Debug)]
+pub(crate) struct HomeView<'a> {
+    pub(crate) dir: &'a Path,
+    pub(crate) name: &'a str,
+    pub(crate) aosm: &'a Aosm,
+    pub(crate) documents: &'a Documents,
+}
+
+impl HomeView<'_> {
+    fn name_taken(&self, name: &str) -> MapError {
+        MapError::Home {
+            path: self.dir.to_owned(),
+            problem: format!("an object is named `{name}` already, expected a new name"),
+        }
+    }
+
+    fn entry(&self, object: &str) -> Result<ObjectEntry, MapError> {
+        self.aosm.object(object)?;
+        let bytes = self
+            .documents
+            .get(&object_document(object))
+            .map(Vec::as_slice)
+            .unwrap_or_default();
+        Ok(parse_toml(
+            &String::from_utf8_lossy(bytes),
+            &self.dir.join("objects.toml"),
+        )?)
+    }
+
+    fn put_entry(&self, entry: &ObjectEntry) -> Result<DocumentChanges, MapError> {
+        let bytes = home_folder::toml_bytes(&self.dir.join("objects.toml"), entry)?;
+        Ok(DocumentChanges::from([(
+            object_document(&entry.name),
+            Some(bytes),
+        )]))
+    }
+
+    fn change_entry(
+        &self,
+        object: &str,
+        change: impl FnOnce(&mut ObjectEntry),
+    ) -> Result<DocumentChanges, MapError> {
+        let mut entry = self.entry(object)?;
+        change(&mut entry);
+        self.put_entry(&entry)
+    }
+
+    fn rename(&self, name: &str, to: &str) -> Result<DocumentChanges, MapError> {
+        if self.aosm.objects.contains_key(to) {
+            return Err(self.name_taken(to));
+        }
+        let mut entry = self.entry(name)?;
+        to.clone_into(&mut entry.name);
+        let mut changes = self.put_entry(&entry)?;
+        changes.insert(object_document(name), None);
+        for inside in self
+            .aosm
+            .objects
+            .values()
+            .filter(|object| object.location == Location::In(name.to_owned()))
+        {
+            let location = Location::In(to.to_owned());
+            changes.extend(self.change_entry(&inside.name, |entry| entry.set_location(&location))?);
+        }
+        Ok(changes)
+    }
+
+    fn without_class(&self, class: &str) -> DocumentChanges {
+        let folder = format!("classes/{class}/");
+        let of_class = self
+            .documents
+            .keys()
+            .filter(|name| name.starts_with(&folder));
+        of_class.map(|name| (name.clone(), None)).collect()
+    }
+
+    fn map_changes(&self, grid: &OccupancyGrid) -> Result<DocumentChanges, MapError> {
+        let mut map = stored_map(self.dir, self.documents)?;
+        if map.update(grid).is_err() {
+            // Another size: nothing of the old pixels can be kept.
+            map = StoredMap::from_grid(grid, map.metadata.image);
+        }
+        Ok(map_documents(&map)
+            .into_iter()
+            .map(|(name, bytes)| (name, Some(bytes)))
+            .collect())
+    }
+}

@@ -1,0 +1,403 @@
+//! A home that is kept: the AOSM, its folder of text files and its journal, in step.
+//!
+//! The journal is the truth. An edit is first a transaction of the journal, and only then new text files; whatever
+//! stops the process in between, [`Home::open`] brings the files up to the journal. It tells a file that a crash left
+//! behind from one that a person changed by the digest of what was last written: a file with any other digest has been
+//! changed outside, and is taken in as an edit by `file`, or refused by name if it makes no sense.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use crate::edit::{DocumentChanges, Edit, HomeView, difference};
+use crate::home_folder::{self, CLOUD, DOMAIN, Documents, HOME};
+use crate::journal::{self, Change, Entry, EntryKind, Execution, FileDigests, Journal, NewEntry};
+use crate::{Aosm, MapError};
+
+/// Author of edits that were made in the text files.
+const FILE_AUTHOR: &str = "file";
+
+/// An open home folder. One process at a time may have it open; others can [`home_folder::read`] it.
+///
+/// Times are given by the caller in seconds since the epoch: nothing here reads a clock.
+#[derive(Debug)]
+pub struct Home {
+    dir: PathBuf,
+    name: String,
+    aosm: Aosm,
+    documents: Documents,
+    journal: Journal,
+    files: BTreeMap<String, KnownFile>,
+    /// What has become of the text files since the journal last heard of them.
+    unconfirmed: FileDigests,
+    unwritten: Option<MapError>,
+}
+
+/// A text file as it was last known to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct KnownFile {
+    digest: [u8; 32],
+    /// Length and time of change; none until it has been looked at.
+    stamp: Option<(u64, SystemTime)>,
+}
+
+impl Home {
+    /// Makes a home folder of an AOSM. Files that are in the folder and belong to no home stay.
+    ///
+    /// # Errors
+    /// [`MapError::Exists`] if there is a home already, [`MapError`] naming what contradicts itself in the AOSM or what
+    /// could not be written.
+    pub fn create(dir: &Path, name: &str, aosm: &Aosm, when_secs: f64) -> Result<Self, MapError> {
+        for file in [HOME, journal::FILE] {
+            let path = dir.join(file);
+            if path.exists() {
+                return Err(MapError::Exists { path });
+            }
+        }
+        let documents = home_folder::of_aosm(name, aosm)?;
+        let (name, aosm) = home_folder::assemble(dir, &documents, None)?;
+        home_folder::make(dir)?;
+        let journal = Journal::create(dir, &documents, "home", when_secs)?;
+        let mut home = Self::new(dir, name, aosm, documents, journal)?;
+        home.write_files(&BTreeSet::new())?;
+        Ok(home)
+    }
+
+    /// Opens a home folder, and mends what a crash or a person left: text files that lag behind the journal are written
+    /// again, text files that were changed are taken in as an edit at `when_secs`. A folder without a journal gets one.
+    ///
+    /// # Errors
+    /// [`MapError::InUse`] if another process has it open, [`MapError::JournalDamaged`] if the journal is broken, and
+    /// [`MapError`] naming the file, what was found and what was wanted if a text file makes no sense; nothing is
+    /// changed then.
+    pub fn open(dir: &Path, when_secs: f64) -> Result<Self, MapError> {
+        if !dir.join(journal::FILE).exists() {
+            let documents = home_folder::load(dir)?;
+            home_folder::assemble(dir, &documents, None)?;
+            drop(Journal::create(dir, &documents, FILE_AUTHOR, when_secs)?);
+        }
+        let journal = Journal::open(dir)?;
+        let documents = journal.documents()?;
+        let (name, aosm) = home_folder::assemble(dir, &documents, None)?;
+        let mut home = Self::new(dir, name, aosm, documents, journal)?;
+        home.take_in(when_secs)?;
+        Ok(home)
+    }
+
+    fn new(
+        dir: &Path,
+        name: String,
+        aosm: Aosm,
+        documents: Documents,
+        journal: Journal,
+    ) -> Result<Self, MapError> {
+        let known = |(path, digest)| {
+            (
+                path,
+                KnownFile {
+                    digest,
+                    stamp: None,
+                },
+            )
+        };
+        let files = journal.files()?.into_iter().map(known).collect();
+        let (unconfirmed, unwritten) = (FileDigests::new(), None);
+        Ok(Self {
+            dir: dir.to_owned(),
+            name,
+            aosm,
+            documents,
+            journal,
+            files,
+            unconfirmed,
+            unwritten,
+        })
+    }
+
+    /// The folder.
+    pub fn dir(&self) -> &Path {
+        &self.dir
+    }
+
+    /// Name of the home.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The map as it is now.
+    pub fn aosm(&self) -> &Aosm {
+        &self.aosm
+    }
+
+    /// Why the text files lag behind the journal, if they do: a full disk, for example. Nothing is lost; the next edit
+    /// and the next [`Home::open`] try again.
+    pub fn unwritten(&self) -> Option<&MapError> {
+        self.unwritten.as_ref()
+    }
+
+    /// Makes an edit. When this returns, it will outlive the process. The answer is the number of its journal entry, or
+    /// nothing if it changes nothing.
+    ///
+    /// # Errors
+    /// [`MapError`] if the edit speaks of what is not there or would make the map contradict itself, if a text file was
+    /// changed meanwhile and makes no sense, or if the journal cannot be written. Nothing has changed then.
+    pub fn edit(
+        &mut self,
+        edit: &Edit,
+        author: &str,
+        when_secs: f64,
+    ) -> Result<Option<i64>, MapError> {
+        self.take_in(when_secs)?;
+        let view = HomeView {
+            dir: &self.dir,
+            name: &self.name,
+            aosm: &self.aosm,
+            documents: &self.documents,
+        };
+        let changes = edit.changes(&view)?;
+        self.commit(
+            &EntryKind::Edit {
+                what: edit.summary(),
+            },
+            author,
+            when_secs,
+            changes,
+        )
+    }
+
+    /// Undoes the last edit that holds, whoever made it. The answer is its summary, or nothing if there is none.
+    ///
+    /// # Errors
+    /// As [`Home::edit`].
+    pub fn undo(&mut self, author: &str, when_secs: f64) -> Result<Option<String>, MapError> {
+        self.take_in(when_secs)?;
+        let Some(edit) = self.journal.last_done() else {
+            return Ok(None);
+        };
+        let changes = self.journal.changes(edit)?;
+        let changes = changes
+            .into_iter()
+            .map(|change| (change.document, change.before))
+            .collect();
+        let what = self.journal.what(edit)?;
+        self.commit(
+            &EntryKind::Undo {
+                edit,
+                what: what.clone(),
+            },
+            author,
+            when_secs,
+            changes,
+        )?;
+        Ok(Some(what))
+    }
+
+    /// Does the last undone edit again, unless there has been another edit since. The answer is its summary, or nothing
+    /// if there is none.
+    ///
+    /// # Errors
+    /// As [`Home::edit`].
+    pub fn redo(&mut self, author: &str, when_secs: f64) -> Result<Option<String>, MapError> {
+        self.take_in(when_secs)?;
+        let Some(edit) = self.journal.last_undone() else {
+            return Ok(None);
+        };
+        let changes = self.journal.changes(edit)?;
+        let changes = changes
+            .into_iter()
+            .map(|change| (change.document, change.after))
+            .collect();
+        let what = self.journal.what(edit)?;
+        self.commit(
+            &EntryKind::Redo {
+                edit,
+                what: what.clone(),
+            },
+            author,
+            when_secs,
+            changes,
+        )?;
+        Ok(Some(what))
+    }
+
+    /// Whether there is an edit to undo, and one to do again.
+    pub fn can_undo_redo(&self) -> (bool, bool) {
+        (
+            self.journal.last_done().is_some(),
+            self.journal.last_undone().is_some(),
+        )
+    }
+
+    /// Notes an executed plan step and answers the number of its entry. What it changed in the map is an edit of its own.
+    ///
+    /// # Errors
+    /// [`MapError::Journal`] if the journal cannot be written.
+    pub fn record_execution(
+        &mut self,
+        execution: &Execution,
+        author: &str,
+        when_secs: f64,
+    ) -> Result<i64, MapError> {
+        self.append(
+            &EntryKind::Execution(execution.clone()),
+            author,
+            when_secs,
+            &DocumentChanges::new(),
+        )
+    }
+
+    /// The latest entries of the journal, the newest first.
+    ///
+    /// # Errors
+    /// [`MapError::Journal`] if the journal cannot be read.
+    pub fn history(&self, limit: usize) -> Result<Vec<Entry>, MapError> {
+        self.journal.history(limit)
+    }
+
+    /// What an entry of the journal changed, by document.
+    ///
+    /// # Errors
+    /// [`MapError::Journal`] if the journal cannot be read.
+    pub fn changes(&self, entry: i64) -> Result<Vec<Change>, MapError> {
+        self.journal.changes(entry)
+    }
+
+    /// Checks the changes, journals them, and only then lets them be seen.
+    fn commit(
+        &mut self,
+        kind: &EntryKind,
+        author: &str,
+        when_secs: f64,
+        mut changes: DocumentChanges,
+    ) -> Result<Option<i64>, MapError> {
+        changes.retain(|name, bytes| self.documents.get(name) != bytes.as_ref());
+        if changes.is_empty() {
+            return Ok(None);
+        }
+        let mut documents = self.documents.clone();
+        for (name, bytes) in &changes {
+            match bytes {
+                Some(bytes) => documents.insert(name.clone(), bytes.clone()),
+                None => documents.remove(name),
+            };
+        }
+        let is_kept = !changes
+            .keys()
+            .any(|name| home_folder::is_map_or_cloud(name));
+        let kept = is_kept.then(|| (self.aosm.grid.clone(), self.aosm.cloud.clone()));
+        let (name, aosm) = home_folder::assemble(&self.dir, &documents, kept)?;
+        let id = self.append(kind, author, when_secs, &changes)?;
+        (self.name, self.aosm, self.documents) = (name, aosm, documents);
+        self.unwritten = self.write_files(&BTreeSet::new()).err();
+        Ok(Some(id))
+    }
+
+    fn append(
+        &mut self,
+        kind: &EntryKind,
+        author: &str,
+        when_secs: f64,
+        changes: &DocumentChanges,
+    ) -> Result<i64, MapError> {
+        let id = self.journal.append(&NewEntry {
+            kind,
+            author,
+            when_secs,
+            changes,
+            files: &self.unconfirmed,
+        })?;
+        self.unconfirmed.clear();
+        Ok(id)
+    }
+
+    /// Takes in what was changed in the text files, after writing those that a crash left behind.
+    fn take_in(&mut self, when_secs: f64) -> Result<(), MapError> {
+        let outside = self.files_changed_outside()?;
+        if outside.is_empty() {
+            self.unwritten = self.write_files(&outside).err();
+            return Ok(());
+        }
+        self.write_files(&outside)?;
+        let changes = difference(&self.documents, &home_folder::load(&self.dir)?);
+        let names: Vec<&str> = outside.iter().map(String::as_str).collect();
+        let what = format!("change {} by hand", names.join(", "));
+        self.commit(&EntryKind::Edit { what }, FILE_AUTHOR, when_secs, changes)?;
+        Ok(())
+    }
+
+    /// Text files that are neither what the journal says nor what was last written.
+    fn files_changed_outside(&mut self) -> Result<BTreeSet<String>, MapError> {
+        let wanted = home_folder::render(&self.dir, &self.documents, &self.aosm)?;
+        let mut paths: BTreeSet<String> = wanted.keys().chain(self.files.keys()).cloned().collect();
+        paths.extend(home_folder::class_files(&self.dir)?);
+        paths.insert(CLOUD.to_owned());
+        let mut outside = BTreeSet::new();
+        for path in paths {
+            let file = self.dir.join(&path);
+            let known = self.files.get(&path).copied();
+            let stamp = home_folder::stamp(&file);
+            if stamp.is_none() {
+                self.know(path, None);
+                continue;
+            }
+            if known.is_some_and(|known| known.stamp == stamp) {
+                continue;
+            }
+            let bytes = home_folder::read_file(&file)?;
+            let is_ours = wanted.get(&path) == Some(&bytes)
+                || known.is_some_and(|known| known.digest == home_folder::digest(&bytes));
+            if is_ours || path == DOMAIN {
+                self.know(path, Some(&bytes));
+            } else {
+                outside.insert(path);
+            }
+        }
+        Ok(outside)
+    }
+
+    /// Brings the text files up to the journal, but for those that were changed `outside`.
+    fn write_files(&mut self, outside: &BTreeSet<String>) -> Result<(), MapError> {
+        let wanted = home_folder::render(&self.dir, &self.documents, &self.aosm)?;
+        for (path, bytes) in &wanted {
+            let is_there = self
+                .files
+                .get(path)
+                .is_some_and(|known| known.digest == home_folder::digest(bytes));
+            if !is_there && !outside.contains(path) {
+                home_folder::replace(&self.dir.join(path), bytes)?;
+                self.know(path.clone(), Some(bytes));
+            }
+        }
+        let gone: Vec<String> = self
+            .files
+            .keys()
+            .filter(|path| !wanted.contains_key(*path))
+            .cloned()
+            .collect();
+        for path in gone {
+            if !outside.contains(&path) {
+                home_folder::remove(&self.dir.join(&path))?;
+                self.know(path, None);
+            }
+        }
+        Ok(())
+    }
+
+    /// Remembers what a text file holds; nothing if it is gone.
+    fn know(&mut self, path: String, bytes: Option<&[u8]>) {
+        let Some(bytes) = bytes else {
+            if self.files.remove(&path).is_some() {
+                self.unconfirmed.insert(path, None);
+            }
+            return;
+        };
+        let known = KnownFile {
+            digest: home_folder::digest(bytes),
+            stamp: home_folder::stamp(&self.dir.join(&path)),
+        };
+        let before = self.files.insert(path.clone(), known);
+        if before.is_none_or(|before| before.digest != known.digest) {
+            self.unconfirmed.insert(path, Some(known.digest));
+        }
+    }
+}

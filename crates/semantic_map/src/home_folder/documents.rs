@@ -1,0 +1,337 @@
+//! A home as named documents, and the AOSM they make.
+
+use std::collections::BTreeMap;
+use std::path::{Component, Path};
+
+use factotum_descriptions::{DescriptionError, ObjectClass, parse_toml};
+use factotum_geometry::cloud::PointCloud;
+use factotum_geometry::cloud::ply::{PlyEncoding, format_ply, parse_ply};
+use factotum_geometry::grid::OccupancyGrid;
+use factotum_geometry::grid::map_server::{GrayImage, MapFileError, MapMetadata, StoredMap};
+use factotum_task_planning::operator::Condition;
+use serde::{Deserialize, Serialize};
+
+use super::FORMAT;
+use super::objects_file::{ObjectEntry, entry_of};
+use crate::{Aosm, Location, MapError, MapObject};
+
+/// Bytes by document. A document is named by its path in the folder, with `/` between the parts; an object's is
+/// `objects/NAME`.
+pub(crate) type Documents = BTreeMap<String, Vec<u8>>;
+
+/// Name and format of the home.
+pub(crate) const HOME: &str = "home.toml";
+/// Metadata of the grid; they name the image.
+pub(crate) const MAP: &str = "map.yaml";
+/// The point cloud.
+pub(crate) const CLOUD: &str = "cloud.ply";
+/// The objects' file.
+pub(super) const OBJECTS: &str = "objects.toml";
+/// Folder of the classes.
+pub(super) const CLASSES: &str = "classes";
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct HomeFile {
+    format: u32,
+    name: String,
+}
+
+/// Name of an object's document.
+pub(crate) fn object_document(object: &str) -> String {
+    format!("objects/{object}")
+}
+
+/// Whether the document is of the map or the cloud, which cost more to read than all the others.
+pub(crate) fn is_map_or_cloud(document: &str) -> bool {
+    document != HOME && !document.starts_with("objects/") && !document.starts_with(CLASSES)
+}
+
+/// Name of the document of a file of a class.
+pub(super) fn class_document(class: &str, file: &str) -> String {
+    format!("{CLASSES}/{class}/{file}")
+}
+
+/// `value` as the text of a document; `path` is named by the error.
+pub(crate) fn toml_bytes<T: Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, MapError> {
+    let text = toml::to_string_pretty(value).map_err(|error| DescriptionError::Syntax {
+        path: path.to_owned(),
+        message: error.to_string(),
+    })?;
+    Ok(text.into_bytes())
+}
+
+/// The documents of an AOSM, its models read from where the classes say.
+pub(crate) fn of_aosm(name: &str, aosm: &Aosm) -> Result<Documents, MapError> {
+    let mut documents = home_document(name)?;
+    documents.extend(map_documents(&StoredMap::from_grid(&aosm.grid, "map.pgm")));
+    documents.extend(cloud_document(&aosm.cloud));
+    for class in aosm.classes.values() {
+        documents.extend(class_documents(class)?);
+    }
+    for object in aosm.objects.values() {
+        let document = object_document(&object.name);
+        let bytes = toml_bytes(Path::new(OBJECTS), &entry_of(object))?;
+        documents.insert(document, bytes);
+    }
+    Ok(documents)
+}
+
+/// The document that names the home.
+pub(crate) fn home_document(name: &str) -> Result<Documents, MapError> {
+    let bytes = toml_bytes(
+        Path::new(HOME),
+        &HomeFile {
+            format: FORMAT,
+            name: name.to_owned(),
+        },
+    )?;
+    Ok(Documents::from([(HOME.to_owned(), bytes)]))
+}
+
+/// The two documents of a map.
+pub(crate) fn map_documents(map: &StoredMap) -> Documents {
+    let image = map.metadata.image.to_string_lossy().into_owned();
+    Documents::from([
+        (MAP.to_owned(), map.metadata.to_yaml().into_bytes()),
+        (image, map.image.to_pgm()),
+    ])
+}
+
+/// The document of a cloud; none for an empty one.
+pub(crate) fn cloud_document(cloud: &PointCloud) -> Documents {
+    let bytes = (!cloud.is_empty()).then(|| format_ply(cloud, PlyEncoding::BinaryLittleEndian));
+    bytes
+        .map(|bytes| (CLOUD.to_owned(), bytes))
+        .into_iter()
+        .collect()
+}
+
+/// The two documents of a class: `class.toml` and the model beside it.
+pub(crate) fn class_documents(class: &ObjectClass) -> Result<Documents, MapError> {
+    let name = class.model.file_name().map_or_else(
+        || "model.xml".into(),
+        |name| name.to_string_lossy().into_owned(),
+    );
+    let model = super::read_file(&class.model)?;
+    let text = toml_bytes(
+        Path::new("class.toml"),
+        &ObjectClass {
+            model: (&name).into(),
+            ..class.clone()
+        },
+    )?;
+    Ok(Documents::from([
+        (class_document(&class.name, "class.toml"), text),
+        (class_document(&class.name, &name), model),
+    ]))
+}
+
+/// The AOSM that documents make, and the home's name. `dir` is the folder they belong to: errors and models are named
+/// by it. Where the map and the cloud are the same as in an AOSM at hand, they can be `kept` instead of read again.
+///
+/// # Errors
+/// [`MapError`] naming the file that is missing or wrong, or that contradicts another one.
+pub(crate) fn assemble(
+    dir: &Path,
+    documents: &Documents,
+    kept: Option<(OccupancyGrid, PointCloud)>,
+) -> Result<(String, Aosm), MapError> {
+    let home: HomeFile = parse(dir, documents, HOME)?;
+    if home.format != FORMAT {
+        let problem = format!("format {} found, expected {FORMAT}", home.format);
+        return Err(MapError::Home {
+            path: dir.join(HOME),
+            problem,
+        });
+    }
+    let (grid, cloud) = match kept {
+        Some(kept) => kept,
+        None => (grid(dir, documents)?, cloud(dir, documents)?),
+    };
+    let mut aosm = Aosm::new(classes(dir, documents)?, grid);
+    aosm.cloud = cloud;
+    aosm.objects = objects(dir, documents)?
+        .into_iter()
+        .map(|object| (object.name.clone(), object))
+        .collect();
+    check(&aosm).map_err(|problem| MapError::Home {
+        path: dir.join(OBJECTS),
+        problem,
+    })?;
+    let domain = aosm.domain()?;
+    aosm.problem(&domain, Condition::all([]))?;
+    Ok((home.name, aosm))
+}
+
+/// The map as it is stored: pixels and metadata.
+pub(crate) fn stored_map(dir: &Path, documents: &Documents) -> Result<StoredMap, MapError> {
+    let metadata = map_metadata(dir, documents)?;
+    let image = metadata.image.to_string_lossy().into_owned();
+    let pixels = GrayImage::parse_pgm(bytes(dir, documents, &image)?).map_err(|source| {
+        MapFileError::Image {
+            path: dir.join(&image),
+            source,
+        }
+    })?;
+    Ok(StoredMap {
+        metadata,
+        image: pixels,
+    })
+}
+
+/// What `map.yaml` says.
+pub(super) fn map_metadata(dir: &Path, documents: &Documents) -> Result<MapMetadata, MapError> {
+    let path = dir.join(MAP);
+    let metadata = MapMetadata::parse(text(dir, documents, MAP)?).map_err(|source| {
+        MapFileError::Metadata {
+            path: path.clone(),
+            source,
+        }
+    })?;
+    expect_plain(&path, "image", &metadata.image)?;
+    Ok(metadata)
+}
+
+/// The file that `key` of the file `path` names must lie beside it.
+pub(super) fn expect_plain(path: &Path, key: &str, named: &Path) -> Result<(), MapError> {
+    let mut parts = named.components();
+    if matches!(
+        (parts.next(), parts.next()),
+        (Some(Component::Normal(_)), None)
+    ) {
+        return Ok(());
+    }
+    let problem = format!(
+        "`{key}` is `{}`, expected the name of a file in the same folder",
+        named.display()
+    );
+    Err(MapError::Home {
+        path: path.to_owned(),
+        problem,
+    })
+}
+
+fn grid(dir: &Path, documents: &Documents) -> Result<OccupancyGrid, MapError> {
+    let grid = stored_map(dir, documents)?.checked_grid();
+    Ok(grid.map_err(|source| MapFileError::Grid {
+        path: dir.join(MAP),
+        source,
+    })?)
+}
+
+fn cloud(dir: &Path, documents: &Documents) -> Result<PointCloud, MapError> {
+    documents.get(CLOUD).map_or_else(
+        || Ok(PointCloud::default()),
+        |bytes| {
+            parse_ply(bytes).map_err(|source| MapError::Cloud {
+                path: dir.join(CLOUD),
+                source,
+            })
+        },
+    )
+}
+
+fn classes(dir: &Path, documents: &Documents) -> Result<Vec<ObjectClass>, MapError> {
+    let names = documents
+        .keys()
+        .filter(|name| name.starts_with(CLASSES) && name.ends_with("/class.toml"));
+    names
+        .map(|name| {
+            let path = dir.join(name);
+            let class = ObjectClass::parse(text(dir, documents, name)?, &path)?;
+            let folder = name.split('/').nth(1).unwrap_or_default();
+            if class.name != folder {
+                let problem = format!(
+                    "`name` is `{}`, expected the folder's name, `{folder}`",
+                    class.name
+                );
+                return Err(MapError::Home { path, problem });
+            }
+            Ok(class)
+        })
+        .collect()
+}
+
+fn objects(dir: &Path, documents: &Documents) -> Result<Vec<MapObject>, MapError> {
+    let path = dir.join(OBJECTS);
+    let names = documents.keys().filter(|name| name.starts_with("objects/"));
+    names
+        .map(|name| {
+            let entry: ObjectEntry = parse_toml(text(dir, documents, name)?, &path)?;
+            if let Some(problem) = entry.problem() {
+                let problem = format!("object `{}`: {problem}", entry.name);
+                return Err(MapError::Home {
+                    path: path.clone(),
+                    problem,
+                });
+            }
+            Ok(entry.into_object())
+        })
+        .collect()
+}
+
+/// What contradicts itself among the objects, if anything: class, joints, and what is inside of what.
+fn check(aosm: &Aosm) -> Result<(), String> {
+    for object in aosm.objects.values() {
+        let class = aosm
+            .class(&object.class)
+            .map_err(|error| format!("object `{}`: {error}", object.name))?;
+        if let Some(joint) = object
+            .joints
+            .keys()
+            .find(|joint| class.joint(joint).is_none())
+        {
+            let known = class
+                .joints
+                .iter()
+                .map(|joint| joint.name.clone())
+                .collect();
+            let error = MapError::NotOfClass {
+                class: class.name.clone(),
+                what: "joint",
+                name: joint.clone(),
+                known,
+            };
+            return Err(format!("object `{}`: {error}", object.name));
+        }
+        let mut holder = object;
+        while let Location::In(container) = &holder.location {
+            holder = aosm
+                .object(container)
+                .map_err(|error| format!("object `{}` is inside: {error}", holder.name))?;
+            if holder.name == object.name {
+                return Err(format!("object `{}` is inside of itself", object.name));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn parse<T: serde::de::DeserializeOwned>(
+    dir: &Path,
+    documents: &Documents,
+    name: &str,
+) -> Result<T, MapError> {
+    Ok(parse_toml(text(dir, documents, name)?, &dir.join(name))?)
+}
+
+fn text<'a>(dir: &Path, documents: &'a Documents, name: &str) -> Result<&'a str, MapError> {
+    std::str::from_utf8(bytes(dir, documents, name)?).map_err(|error| MapError::Home {
+        path: dir.join(name),
+        problem: format!(
+            "byte {} found that is no text, expected UTF-8",
+            error.valid_up_to()
+        ),
+    })
+}
+
+fn bytes<'a>(dir: &Path, documents: &'a Documents, name: &str) -> Result<&'a [u8], MapError> {
+    documents
+        .get(name)
+        .map(Vec::as_slice)
+        .ok_or_else(|| MapError::Home {
+            path: dir.join(name),
+            problem: "no such file, expected one".to_owned(),
+        })
+}
