@@ -376,7 +376,7 @@ impl Home {
             .collect();
         for path in gone {
             if !outside.contains(&path) {
-                home_folder::remove(&self.dir.join(&path))?;
+                home_folder::remove(&self.dir, &path)?;
                 self.know(path, None);
             }
         }
@@ -398,6 +398,16 @@ impl Home {
         let before = self.files.insert(path.clone(), known);
         if before.is_none_or(|before| before.digest != known.digest) {
             self.unconfirmed.insert(path, Some(known.digest));
+        }
+    }
+}
+
+impl Drop for Home {
+    /// Tells the journal which text files are up to date, so that one that a person sets back later is seen as changed.
+    fn drop(&mut self) {
+        if !self.unconfirmed.is_empty() {
+            // Not confirming costs no data, and there is no one to tell.
+            self.journal.confirm(&self.unconfirmed).ok();
         }
     }
 }

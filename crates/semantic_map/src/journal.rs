@@ -19,7 +19,7 @@ use rusqlite::{
 
 use crate::MapError;
 use crate::edit::DocumentChanges;
-use crate::home_folder::Documents;
+use crate::home_folder::{self, Documents};
 
 /// Name of the journal in the home folder.
 pub(crate) const FILE: &str = "journal.sqlite";
@@ -144,9 +144,10 @@ impl Journal {
         when_secs: f64,
     ) -> Result<Self, MapError> {
         let path = dir.join(FILE);
-        let part = dir.join(".journal.sqlite.part");
-        for leftover in [part.clone(), dir.join(".journal.sqlite.part-journal")] {
-            crate::home_folder::remove(&leftover)?;
+        let part_name = ".journal.sqlite.part";
+        let part = dir.join(part_name);
+        for leftover in [part_name, ".journal.sqlite.part-journal"] {
+            home_folder::remove(dir, leftover)?;
         }
         let changes = documents
             .iter()
@@ -171,7 +172,7 @@ impl Journal {
             connection.close().map_err(|(_, error)| error)
         };
         build().map_err(|source| explain(&path, source))?;
-        crate::home_folder::rename(&part, &path)?;
+        home_folder::rename(&part, &path)?;
         Self::open(dir)
     }
 
@@ -260,6 +261,16 @@ impl Journal {
         let id = append().map_err(|source| explain(&self.path, source))?;
         self.step(id, kind_name(entry.kind));
         Ok(id)
+    }
+
+    /// Notes what has become of the text files.
+    pub(crate) fn confirm(&mut self, files: &FileDigests) -> Result<(), MapError> {
+        let mut confirm = || -> rusqlite::Result<()> {
+            let transaction = self.connection.transaction()?;
+            write_files(&transaction, files)?;
+            transaction.commit()
+        };
+        confirm().map_err(|source| explain(&self.path, source))
     }
 
     /// The edit that undo would undo.
@@ -364,7 +375,12 @@ fn write_entry(transaction: &Transaction<'_>, entry: &NewEntry<'_>) -> rusqlite:
     for (document, bytes) in entry.changes {
         write_change(transaction, id, document, bytes.as_deref())?;
     }
-    for (path, digest) in entry.files {
+    write_files(transaction, entry.files)?;
+    Ok(id)
+}
+
+fn write_files(transaction: &Transaction<'_>, files: &FileDigests) -> rusqlite::Result<()> {
+    for (path, digest) in files {
         match digest {
             Some(digest) => transaction.execute(
                 "INSERT OR REPLACE INTO files VALUES (?1, ?2)",
@@ -373,7 +389,7 @@ fn write_entry(transaction: &Transaction<'_>, entry: &NewEntry<'_>) -> rusqlite:
             None => transaction.execute("DELETE FROM files WHERE path = ?1", params![path])?,
         };
     }
-    Ok(id)
+    Ok(())
 }
 
 fn write_change(

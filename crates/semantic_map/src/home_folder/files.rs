@@ -181,18 +181,21 @@ pub(crate) fn rename(part: &Path, path: &Path) -> Result<(), MapError> {
         .map_err(io("write", path))
 }
 
-/// Removes a file, if it is there, and its folder, if that is empty then.
+/// Removes a file of the folder, if it is there, and the class's folder it was in, if that is empty then.
 ///
 /// # Errors
 /// [`MapError::Io`] naming the file.
-pub(crate) fn remove(path: &Path) -> Result<(), MapError> {
-    match std::fs::remove_file(path) {
+pub(crate) fn remove(dir: &Path, file: &str) -> Result<(), MapError> {
+    let path = dir.join(file);
+    match std::fs::remove_file(&path) {
         Ok(()) => {}
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
-        Err(error) => return Err(io("remove", path)(error)),
+        Err(error) => return Err(io("remove", &path)(error)),
     }
-    // A folder that still holds something is not empty, and stays.
-    path.parent().map(std::fs::remove_dir).transpose().ok();
+    if let Some((folder, _)) = file.rsplit_once('/') {
+        // A folder that still holds something is not empty, and stays.
+        std::fs::remove_dir(dir.join(folder)).ok();
+    }
     Ok(())
 }
 

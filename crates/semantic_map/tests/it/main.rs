@@ -1,5 +1,8 @@
 //! The AOSM against the shipped object classes: vocabulary, plans, options, and the home folder on disk.
 
+mod crash;
+mod home;
+
 use std::path::{Path, PathBuf};
 
 use factotum_descriptions::ObjectClass;
