@@ -1,5 +1,10 @@
 //! The AOSM against the shipped object classes: vocabulary, plans, options, and the home folder on disk.
 
+#![expect(
+    clippy::unwrap_used,
+    reason = "helpers of tests: a failed unwrap is a failed test"
+)]
+
 mod crash;
 mod home;
 
