@@ -98,7 +98,7 @@ fn execute_step(
     let fault = |fault| PlanFault::Action {
         step,
         action: action.clone(),
-        fault,
+        fault: Box::new(fault),
     };
     let bound = world.bind(action).map_err(fault)?;
     let unmet = world.unmet_precondition(state, &bound);

@@ -53,7 +53,7 @@ pub enum PddlError {
         /// Where the faulty declaration begins.
         at: Position,
         /// What is wrong.
-        source: OperatorError,
+        source: Box<OperatorError>,
         /// What was being read.
         context: Vec<String>,
     },
@@ -89,7 +89,7 @@ impl PddlError {
     pub(super) fn invalid(at: Position, source: OperatorError) -> Self {
         Self::Invalid {
             at,
-            source,
+            source: Box::new(source),
             context: Vec::new(),
         }
     }

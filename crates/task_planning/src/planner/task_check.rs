@@ -51,7 +51,7 @@ pub(super) fn accept(
         Err(fault) => Err(PlanFault::Action {
             step: i + 1,
             action: step.clone(),
-            fault,
+            fault: Box::new(fault),
         }),
     };
     let steps: Vec<_> = steps

@@ -65,7 +65,7 @@ pub enum PlanFault {
         /// The step.
         action: GroundAction,
         /// What is wrong with it.
-        fault: ActionFault,
+        fault: Box<ActionFault>,
     },
     /// A step whose precondition does not hold when its turn comes.
     #[error("step {step} {action} cannot run: {} does not hold", listed(unmet))]

@@ -116,7 +116,7 @@ pub fn plan_probability(
         let bound = world.bind(action).map_err(|fault| PlanFault::Action {
             step,
             action: action.clone(),
-            fault,
+            fault: Box::new(fault),
         })?;
         let (next, ran) = advance(&world, &now, &bound);
         if next.0.len() > N_STATES_MAX {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use factotum_task_planning::planner::{
-    ExternalCommand, Limit, Limits, PlanOutcome, Planner, PlannerError,
+    ExternalCommand, Limit, Limits, PlanOutcome, Planner as _, PlannerError,
 };
 
 use crate::tasks::coffee;

@@ -92,9 +92,9 @@ impl Join<'_> {
     ) -> bool {
         // The first new fact among the patterns is at `pivot`: so each binding comes up once.
         (0..self.patterns.len()).all(|pivot| {
-            let mut binding = vec![None; n_parameters];
+            let binding = vec![None; n_parameters];
             let mut left: Vec<usize> = (0..self.patterns.len()).collect();
-            self.extend(pivot, pivot, &mut left, &mut binding, found)
+            self.extend(pivot, pivot, &mut left, &binding, found)
         })
     }
 
@@ -104,7 +104,7 @@ impl Join<'_> {
         pivot: usize,
         next: usize,
         left: &mut Vec<usize>,
-        binding: &mut Vec<Option<u32>>,
+        binding: &[Option<u32>],
         found: &mut impl FnMut(&[Option<u32>]) -> bool,
     ) -> bool {
         let pattern = &self.patterns[next];
@@ -118,13 +118,13 @@ impl Join<'_> {
             if !range.contains(&at) {
                 continue;
             }
-            let mut extended = binding.clone();
+            let mut extended = binding.to_vec();
             if !matches(pattern, &self.reached.rows[at].0, &mut extended) {
                 continue;
             }
             let go_on = match self.most_bound(left, &extended) {
                 None => found(&extended),
-                Some(then) => self.extend(pivot, then, &mut left.clone(), &mut extended, found),
+                Some(then) => self.extend(pivot, then, &mut left.clone(), &extended, found),
             };
             if !go_on {
                 return false;
