@@ -45,7 +45,10 @@ impl ClassAppearance {
     /// # Errors
     /// [`AppearanceError`] if the model does not load or lacks a joint or link that the class names.
     pub fn load(class: &ObjectClass) -> Result<Self, AppearanceError> {
-        Self::sample(class).map_err(|source| AppearanceError { class: class.name.clone(), source })
+        Self::sample(class).map_err(|source| AppearanceError {
+            class: class.name.clone(),
+            source,
+        })
     }
 
     fn sample(class: &ObjectClass) -> Result<Self, PhysicsError> {
