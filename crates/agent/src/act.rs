@@ -9,7 +9,7 @@ use factotum_skills::{
 };
 use nalgebra::Point3;
 
-use crate::surroundings::{obstacles_from_points, without_ball};
+use crate::surroundings::{obstacles_from_points, without_object};
 use crate::{AgentError, Executive, LogLevel};
 
 /// Opening of the gripper below which it holds nothing, as a fraction.
@@ -126,7 +126,7 @@ impl Executive<'_> {
             if view.base_from_object.translation.vector.norm() > NEAR_M {
                 continue;
             }
-            without_ball(&mut points, &view.base_from_object, OBJECT_RADIUS_M);
+            without_object(&mut points, &view.base_from_object, OBJECT_RADIUS_M, view.class.movable);
             if !without.contains(&object.name.as_str()) {
                 obstacles.push(view.as_obstacle());
             }

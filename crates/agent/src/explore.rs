@@ -5,9 +5,10 @@
 
 use std::f64::consts::TAU;
 
+use factotum_control::{BaseTwist, Command};
 use factotum_geometry::Pose2;
 use factotum_geometry::grid::frontiers;
-use nalgebra::{Point2, Vector2};
+use nalgebra::{Point2, Vector2, Vector3};
 use rand::RngExt as _;
 
 use crate::drive::path_on;
@@ -18,13 +19,13 @@ const FRONTIER_CELLS_MIN: usize = 8;
 /// Stops after which exploring ends in any case.
 const N_STOPS_MAX: usize = 40;
 /// The camera recognises objects up to this distance, metres.
-const LOOK_RANGE_M: f64 = 2.6;
+const LOOK_RANGE_M: f64 = 2.8;
 /// Edge of the squares of floor that count as looked at or not, metres.
 const PATCH_M: f64 = 0.4;
 /// Stops are worth their time for this many patches not looked at yet.
-const N_PATCHES_MIN: usize = 6;
-/// Looks in one turn.
-const N_LOOKS: usize = 7;
+const N_PATCHES_MIN: usize = 9;
+/// A place this near to one from which the robot has looked around shows nothing new, metres.
+const APART_M: f64 = 0.9;
 
 impl Executive<'_> {
     /// Explores until the home is known or `is_enough` says so.
@@ -52,7 +53,10 @@ impl Executive<'_> {
                 self.log(LogLevel::Warning, format!("while exploring: {why}"))?;
                 continue;
             }
-            self.look_around()?;
+            let here = self.map_from_base()?;
+            if !is_near(&Point2::from(here.translation.vector), &self.viewed, APART_M) {
+                self.look_around()?;
+            }
         }
         let n_objects = self.aosm.objects.len();
         self.log(LogLevel::Info, format!("explored: {n_objects} objects found"))
@@ -60,16 +64,24 @@ impl Executive<'_> {
 
     /// Turns once around, looking.
     pub(crate) fn look_around(&mut self) -> Result<(), AgentError> {
+        const PERIOD_SECS: f64 = 0.1;
+        /// Looks while turning by a third of the camera's view or so.
+        const N_PERIODS_PER_LOOK: usize = 5;
+        self.observe_home()?;
         let here = self.map_from_base()?;
-        for turn in 1..=N_LOOKS {
-            self.observe_home()?;
-            let yaw = here.rotation.angle() + TAU * turn as f64 / N_LOOKS as f64;
-            let pose = Pose2::new(here.translation.vector, yaw);
-            if let Err(why) = self.turn_to(&pose)? {
-                self.log(LogLevel::Warning, format!("while looking around: {why}"))?;
-                break;
+        let rate_rad_per_s =
+            self.model.description().base.as_ref().map_or(0.5, |base| base.yaw_rate_max_rad_per_s);
+        let n_periods = (TAU / rate_rad_per_s / PERIOD_SECS).ceil() as usize;
+        for period in 1..=n_periods {
+            let velocity = Vector3::new(0.0, 0.0, rate_rad_per_s);
+            self.robot.send(Command::BaseTwist(BaseTwist { velocity, valid_secs: 2.0 * PERIOD_SECS }))?;
+            self.robot.wait(PERIOD_SECS)?;
+            self.senses.feel(self.robot)?;
+            if period.is_multiple_of(N_PERIODS_PER_LOOK) {
+                self.observe_home()?;
             }
         }
+        self.robot.wait(3.0 * PERIOD_SECS)?;
         self.viewed.push(Point2::from(here.translation.vector));
         self.show_map()
     }

@@ -11,6 +11,7 @@ use nalgebra::Point2;
 
 use crate::act::skill_for;
 use crate::drive::{self, Drive, Watch};
+use crate::senses::Care;
 use crate::{AgentError, Executive};
 
 impl Executive<'_> {
@@ -116,9 +117,13 @@ impl Executive<'_> {
 
     /// Scans and looks, and takes over what came of it into the map.
     pub(crate) fn observe_home(&mut self) -> Result<(), AgentError> {
+        self.observe(Care::InPassing)
+    }
+
+    fn observe(&mut self, care: Care) -> Result<(), AgentError> {
         let base_from_held = self.base_from_held()?;
         self.senses.feel(self.robot)?;
-        self.senses.look(self.robot, &mut self.aosm, base_from_held)?;
+        self.senses.look(self.robot, &mut self.aosm, base_from_held, care)?;
         if let Some(map) = self.senses.map() {
             self.aosm.grid.clone_from(map);
         }
@@ -130,7 +135,7 @@ impl Executive<'_> {
         const N_LOOKS: usize = 5;
         for _ in 0..N_LOOKS {
             self.robot.wait(0.1)?;
-            self.observe_home()?;
+            self.observe(Care::Close)?;
         }
         Ok(())
     }
@@ -143,13 +148,6 @@ impl Executive<'_> {
             Err(why) => return Ok(Err(why)),
         };
         self.follow(&path, length_m)
-    }
-
-    /// Turns, or shifts a little, to a pose next to where the robot stands.
-    pub(crate) fn turn_to(&mut self, map_from_goal: &Pose2) -> Result<Result<(), String>, AgentError> {
-        let here = self.map_from_base()?;
-        let way_m = (map_from_goal.translation.vector - here.translation.vector).norm();
-        self.follow(&[here, *map_from_goal], way_m + 1.0)
     }
 
     fn follow(&mut self, path: &[Pose2], length_m: f64) -> Result<Result<(), String>, AgentError> {
@@ -166,8 +164,8 @@ impl Executive<'_> {
         let ended = drive::follow(*robot, start_drift, path, length_m, &mut |robot| {
             senses.feel(robot)?;
             n_looks += 1;
-            if n_looks.is_multiple_of(5) {
-                senses.look(robot, aosm, base_from_held)?;
+            if n_looks.is_multiple_of(8) {
+                senses.look(robot, aosm, base_from_held, Care::InPassing)?;
             }
             let map_from_base = senses.map_from_odom() * robot.state()?.odom_from_base;
             if let Some(map) = senses.map()

@@ -27,12 +27,23 @@ const VOXEL_M: f64 = 0.03;
 const CLOUD_RANGE_M: f64 = 3.0;
 /// An object must have been seen this often before it is believed.
 const N_SEEN_MIN: usize = 2;
+/// Objects known this well are not fitted anew in passing, metres.
+const SETTLED_M: f64 = 0.006;
 /// That an object is gone is seen from no farther than this, metres...
 const ABSENCE_RANGE_M: f64 = 2.0;
 /// ...and in so many pictures without one that shows it.
 const N_ABSENT_MIN: usize = 4;
 /// Joint positions are read from no farther than this, metres.
 const JOINT_RANGE_M: f64 = 1.6;
+
+/// How carefully a picture is looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Care {
+    /// While driving: what is known well is passed over.
+    InPassing,
+    /// Before acting: everything counts.
+    Close,
+}
 
 /// The robot's senses and what they have gathered.
 pub(crate) struct Senses {
@@ -109,14 +120,19 @@ impl Senses {
         robot: &mut dyn Robot,
         aosm: &mut Aosm,
         base_from_held: Option<Pose>,
+        care: Care,
     ) -> Result<Vec<String>, AgentError> {
         let picture = robot.look()?;
         let mut frame = picture.data;
         let footprint_m = robot.description().base.as_ref().map_or(0.0, |base| base.footprint_radius_m);
-        blank_robot(&mut frame, footprint_m);
+        blank_robot(&mut frame, footprint_m, base_from_held);
         let map_from_base = pose_from_planar(&(self.map_from_odom * picture.odom_from_base), 0.0);
         self.cloud.add(&map_from_base, &frame, |label| label == 0);
-        let mut detections = self.detector.detect(&frame)?;
+        let detections = match care {
+            Care::Close => self.detector.detect(&frame),
+            Care::InPassing => self.detector.detect(&self.without_settled(&frame, &map_from_base, aosm)),
+        };
+        let mut detections = detections?;
         detections.retain(|detection| !is_held(detection, base_from_held));
         let tracks = self.tracker.observe(&map_from_base, self.position_std_m, &detections);
         let mut changed = Vec::new();
@@ -167,6 +183,30 @@ impl Senses {
             object.position_std_m = tracked.sigma_m;
         }
         Ok(Some(name))
+    }
+
+    /// The frame without labels of objects that are known well enough: fitting a pose takes time.
+    fn without_settled(&self, frame: &DepthFrame, map_from_base: &Pose, aosm: &Aosm) -> DepthFrame {
+        let mut frame = frame.clone();
+        let settled: Vec<u16> = (1..=frame.label_classes.len() as u16)
+            .filter(|label| {
+                let class = &frame.label_classes[usize::from(*label) - 1];
+                let Some(center) = frame.cloud_in_base(|l| l == *label).centroid() else { return false };
+                let center = map_from_base * center;
+                let reach_m = TrackerParams::default().gate_m + self.radius_m(class);
+                aosm.objects_of(class).any(|object| {
+                    object.position_std_m < SETTLED_M
+                        && object.location == Location::Loose
+                        && (Point3::from(object.map_from_object.translation.vector) - center).norm() < reach_m
+                })
+            })
+            .collect();
+        for label in &mut frame.labels {
+            if settled.contains(label) {
+                *label = 0;
+            }
+        }
+        frame
     }
 
     /// Half the longest edge of a class's bounding box, metres.
@@ -238,12 +278,17 @@ impl Senses {
     }
 }
 
-/// The robot does not map itself: what the camera sees above its own footprint is left out.
-fn blank_robot(frame: &mut DepthFrame, footprint_m: f64) {
+/// The robot does not map itself nor what it holds: what is above its footprint or about its hand is left out.
+fn blank_robot(frame: &mut DepthFrame, footprint_m: f64, base_from_held: Option<Pose>) {
+    /// Reaches beyond anything the hand can hold, metres.
+    const HELD_M: f64 = 0.2;
+    let held = base_from_held.map(|pose| Point3::from(pose.translation.vector));
     for row in 0..frame.height {
         for column in 0..frame.width {
             let Some(point) = frame.point_in_optical(column, row) else { continue };
-            if (frame.base_from_optical * point).xy().coords.norm() < footprint_m {
+            let point = frame.base_from_optical * point;
+            let is_held = held.is_some_and(|held| (point - held).norm() < HELD_M);
+            if is_held || point.xy().coords.norm() < footprint_m {
                 frame.depth_m[row * frame.width + column] = 0.0;
             }
         }

@@ -72,10 +72,20 @@ fn columns(voxels: &BTreeSet<(i64, i64, i64)>) -> Vec<Slab> {
     runs
 }
 
-/// Points of `points` that lie within `margin_m` of the sphere about a pose are dropped.
-pub(crate) fn without_ball(points: &mut Vec<Point3<f64>>, center: &Pose, radius_m: f64) {
-    let center = Point3::from(center.translation.vector);
-    points.retain(|point| (point - center).norm() > radius_m);
+/// Drops the points of an object that is known to stand at `base_from_object`; what it stands on stays.
+pub(crate) fn without_object(
+    points: &mut Vec<Point3<f64>>,
+    base_from_object: &Pose,
+    radius_m: f64,
+    is_standing: bool,
+) {
+    /// Points lower than this above Λ of a standing object belong to what it stands on, metres.
+    const SUPPORT_M: f64 = 0.02;
+    let at = base_from_object.translation.vector;
+    points.retain(|point| {
+        let from = point.coords - at;
+        if is_standing { from.xy().norm() > radius_m || from.z < SUPPORT_M } else { from.norm() > radius_m }
+    });
 }
 
 #[cfg(test)]

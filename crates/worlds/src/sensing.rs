@@ -8,7 +8,7 @@ use factotum_geometry::frames::{body_from_optical, planar_from_pose};
 use factotum_geometry::sensing::{DepthFrame, LaserScan};
 use factotum_geometry::{Pose, Pose2};
 use factotum_physics::{
-    BodyId, DepthImage, PhysicsError, PinholeCamera, SiteId, State, depth_image, planar_scan,
+    BodyId, DepthImage, GeomId, PhysicsError, PinholeCamera, SiteId, State, depth_image, planar_scan,
 };
 use rand::{Rng, RngExt as _};
 
@@ -60,7 +60,8 @@ pub(crate) fn scan(
     })
 }
 
-/// Takes a picture. The camera's own housing is not seen; the rest of the robot is.
+/// Takes a picture, with the robot itself left out: pixels on its own links carry no depth, as camera drivers with a
+/// self-filter give them (the links' poses follow from the joint positions the robot feels). What it holds is seen.
 pub(crate) fn look(
     assembly: &Assembly,
     state: &State,
@@ -82,10 +83,17 @@ pub(crate) fn look(
         &[carrier],
     )?;
     let (labels, label_classes) = segment(assembly, &image, noise, rng);
+    let is_own = |geom: &Option<GeomId>| {
+        geom.is_some_and(|geom| assembly.robot.bodies.contains(&assembly.model.geom_body(geom)))
+    };
     let depth_m = image
         .depth_m
         .iter()
-        .map(|&depth| noisy_depth(depth, camera.range_m, noise, rng))
+        .zip(&image.geom)
+        .map(|(&depth, geom)| {
+            let depth = if is_own(geom) { 0.0 } else { depth };
+            noisy_depth(depth, camera.range_m, noise, rng)
+        })
         .collect();
     let base_from_world = state.world_from_body(assembly.robot.link).inverse();
     Ok(DepthFrame {
