@@ -1,0 +1,237 @@
+//! Primitives of rotations, on unit quaternions.
+//!
+//! The way left to the goal is the rotation vector `2 log(g * conj(q))`, angular velocities are expressed in the frame
+//! in which the rotations are given: `tau eta' = alpha_z (beta_z 2 log(g * conj(q)) - eta) + f(x)`, `eta = tau omega`.
+//!
+//! Limit: the rotation vector jumps where the way left is a half turn; a motion should stay within that of its goal.
+//! Koutras & Doulgeri, PMLR 100 (2020), show that large turns to far goals can swing under this form.
+
+use super::canonical::{phase_at, substeps};
+use super::demonstration::derivative;
+use super::error::{check_finite, check_positive};
+use super::spring::Spring;
+use super::{DmpError, DmpParams, ForcingTerms};
+use nalgebra::{DMatrix, UnitQuaternion, Vector3};
+
+/// A motion of rotations, learned from one demonstration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OrientationDmp {
+    forcing: ForcingTerms,
+    spring: Spring,
+    phase_decay: f64,
+    demonstrated: OrientationMotion,
+}
+
+/// A run of a primitive that is wanted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OrientationMotion {
+    /// Where it starts.
+    pub start: UnitQuaternion<f64>,
+    /// Angular velocity there, rad/s.
+    pub start_velocity: Vector3<f64>,
+    /// Where it ends.
+    pub goal: UnitQuaternion<f64>,
+    /// How long it takes, seconds.
+    pub duration_s: f64,
+}
+
+/// A moment of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OrientationState {
+    /// Since the start, seconds.
+    pub time_s: f64,
+    /// Rotation.
+    pub rotation: UnitQuaternion<f64>,
+    /// Angular velocity, rad/s, in the frame in which the rotation is given.
+    pub velocity: Vector3<f64>,
+}
+
+/// Rotation vector (rad, at most a half turn) that leads from one rotation to another by multiplication from the left.
+fn rotation_between(from: &UnitQuaternion<f64>, to: &UnitQuaternion<f64>) -> Vector3<f64> {
+    (to * from.inverse()).scaled_axis()
+}
+
+impl OrientationDmp {
+    /// Learns from rotations at equal steps of `step_s` seconds, each less than a half turn from the last sample.
+    ///
+    /// # Errors
+    /// [`DmpError`] when there are fewer samples than kernels (or than 3), or anything is not finite.
+    pub fn learn(
+        demonstration: &[UnitQuaternion<f64>],
+        step_s: f64,
+        params: &DmpParams,
+    ) -> Result<Self, DmpError> {
+        params.check()?;
+        check_positive("step", step_s)?;
+        let found = demonstration.len();
+        let wanted = params.n_kernels.max(3);
+        let [start, .., goal] = demonstration else {
+            return Err(DmpError::TooFewSamples { found, wanted });
+        };
+        if found < wanted {
+            return Err(DmpError::TooFewSamples { found, wanted });
+        }
+        for sample in demonstration {
+            check_finite("sample", sample.coords.iter())?;
+        }
+        let duration_s = step_s * (found - 1) as f64;
+        let velocities = angular_velocities(demonstration, step_s);
+        let accelerations = derivative(&velocities, step_s);
+        let spring = Spring {
+            damping: params.damping,
+        };
+        let to_goal: Vec<Vector3<f64>> = demonstration
+            .iter()
+            .map(|rotation| rotation_between(rotation, goal))
+            .collect();
+        let forces = DMatrix::from_fn(3, found, |dim, k| {
+            let at = (dim, k);
+            spring.force(
+                to_goal[k][dim],
+                velocities[at],
+                accelerations[at],
+                duration_s,
+            )
+        });
+        Ok(Self {
+            forcing: ForcingTerms::fit(params, &forces),
+            spring,
+            phase_decay: params.phase_decay,
+            demonstrated: OrientationMotion {
+                start: *start,
+                start_velocity: Vector3::zeros(),
+                goal: *goal,
+                duration_s,
+            },
+        })
+    }
+
+    /// The run that was demonstrated, from rest.
+    #[must_use]
+    pub fn demonstrated(&self) -> &OrientationMotion {
+        &self.demonstrated
+    }
+
+    /// The learned forces.
+    #[must_use]
+    pub fn forcing(&self) -> &ForcingTerms {
+        &self.forcing
+    }
+
+    /// The learned forces, to be changed by policy search.
+    pub fn forcing_mut(&mut self) -> &mut ForcingTerms {
+        &mut self.forcing
+    }
+
+    /// Begins a run.
+    ///
+    /// # Errors
+    /// [`DmpError`] when anything is not finite or the duration not positive.
+    pub fn run(&self, motion: &OrientationMotion) -> Result<OrientationRollout<'_>, DmpError> {
+        check_finite("start", motion.start.coords.iter())?;
+        check_finite("start velocity", motion.start_velocity.iter())?;
+        check_finite("goal", motion.goal.coords.iter())?;
+        check_positive("duration", motion.duration_s)?;
+        Ok(OrientationRollout {
+            dmp: self,
+            motion: motion.clone(),
+            state: OrientationState {
+                time_s: 0.0,
+                rotation: motion.start,
+                velocity: motion.start_velocity,
+            },
+            activations: vec![0.0; self.forcing.n_kernels()],
+        })
+    }
+}
+
+/// Angular velocities `(3, n_samples)` by differences of rotations, central inside and one-sided at both ends.
+fn angular_velocities(rotations: &[UnitQuaternion<f64>], step_s: f64) -> DMatrix<f64> {
+    let last = rotations.len() - 1;
+    let way = |from: usize, to: usize| rotation_between(&rotations[from], &rotations[to]);
+    let columns: Vec<Vector3<f64>> = (0..=last)
+        .map(|k| {
+            let twice = if k == 0 {
+                4.0 * way(0, 1) - way(0, 2)
+            } else if k == last {
+                4.0 * way(last - 1, last) - way(last - 2, last)
+            } else {
+                way(k - 1, k) + way(k, k + 1)
+            };
+            twice / (2.0 * step_s)
+        })
+        .collect();
+    DMatrix::from_fn(3, columns.len(), |dim, k| columns[k][dim])
+}
+
+/// A run under way.
+#[derive(Debug, Clone)]
+pub struct OrientationRollout<'a> {
+    dmp: &'a OrientationDmp,
+    motion: OrientationMotion,
+    state: OrientationState,
+    activations: Vec<f64>,
+}
+
+impl OrientationRollout<'_> {
+    /// The present moment.
+    #[must_use]
+    pub fn state(&self) -> &OrientationState {
+        &self.state
+    }
+
+    /// Leads to another goal from now on.
+    ///
+    /// # Errors
+    /// [`DmpError::NotFinite`] when it is no rotation.
+    pub fn set_goal(&mut self, goal: UnitQuaternion<f64>) -> Result<(), DmpError> {
+        check_finite("goal", goal.coords.iter())?;
+        self.motion.goal = goal;
+        Ok(())
+    }
+
+    /// Goes on by a time in seconds.
+    ///
+    /// # Errors
+    /// [`DmpError::OutOfRange`] when the step is not positive or longer than a thousand durations.
+    pub fn advance(&mut self, step_s: f64) -> Result<&OrientationState, DmpError> {
+        let (n_substeps, substep_s) = substeps(step_s, self.motion.duration_s)?;
+        for _ in 0..n_substeps {
+            self.substep(substep_s);
+        }
+        Ok(&self.state)
+    }
+
+    /// One step of the midpoint rule, rotations moved along the exponential map.
+    fn substep(&mut self, step_s: f64) {
+        let now = self.state.clone();
+        let turned = |velocity: Vector3<f64>, time_s: f64| {
+            let rotation = UnitQuaternion::from_scaled_axis(velocity * time_s) * now.rotation;
+            // Products of unit quaternions drift from unit length by a rounding each.
+            UnitQuaternion::new_normalize(rotation.into_inner())
+        };
+        let middle = OrientationState {
+            time_s: now.time_s + 0.5 * step_s,
+            rotation: turned(now.velocity, 0.5 * step_s),
+            velocity: now.velocity + 0.5 * step_s * self.acceleration(&now),
+        };
+        self.state = OrientationState {
+            time_s: now.time_s + step_s,
+            rotation: turned(middle.velocity, step_s),
+            velocity: now.velocity + step_s * self.acceleration(&middle),
+        };
+    }
+
+    fn acceleration(&mut self, at: &OrientationState) -> Vector3<f64> {
+        let duration_s = self.motion.duration_s;
+        let phase = phase_at(at.time_s / duration_s, self.dmp.phase_decay);
+        self.dmp.forcing.activate_into(phase, &mut self.activations);
+        let to_goal = rotation_between(&at.rotation, &self.motion.goal);
+        Vector3::from_fn(|dim, _| {
+            let force = self.dmp.forcing.force(dim, &self.activations);
+            self.dmp
+                .spring
+                .acceleration(to_goal[dim], at.velocity[dim], force, duration_s)
+        })
+    }
+}

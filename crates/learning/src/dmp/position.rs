@@ -1,0 +1,250 @@
+//! Primitives of positions: points, or joints that do not turn around.
+
+use super::canonical::{phase_at, substeps};
+use super::demonstration::derivative;
+use super::error::{check_finite, check_positive, check_size};
+use super::spring::Spring;
+use super::{DmpError, DmpParams, ForcingTerms};
+use nalgebra::{DMatrix, DVector};
+
+/// Share of a demonstration's extent below which a dimension counts as ending where it began.
+const DISPLACEMENT_SHARE_MIN: f64 = 1e-3;
+
+/// What another goal does to the shape of the motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ShapeScaling {
+    /// The shape keeps its demonstrated size; only the spring leads to the other goal.
+    #[default]
+    Fixed,
+    /// Each dimension's shape grows with the way from start to goal (Ijspeert et al. 2013).
+    ///
+    /// Dimensions that end where they began, within a thousandth of their extent, keep their size.
+    WithDisplacement,
+}
+
+/// A motion of positions, learned from one demonstration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PositionDmp {
+    forcing: ForcingTerms,
+    spring: Spring,
+    phase_decay: f64,
+    duration_s: f64,
+    start: DVector<f64>,
+    goal: DVector<f64>,
+    /// Per dimension, 1 / displacement, or nothing where the demonstration ends where it began.
+    per_displacement: Vec<Option<f64>>,
+}
+
+/// A run of a primitive that is wanted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PositionMotion {
+    /// Where it starts.
+    pub start: DVector<f64>,
+    /// Velocity there, per second.
+    pub start_velocity: DVector<f64>,
+    /// Where it ends.
+    pub goal: DVector<f64>,
+    /// How long it takes, seconds; what is left to the goal then fades within a fraction of it.
+    pub duration_s: f64,
+    /// What the goal does to the shape.
+    pub scaling: ShapeScaling,
+}
+
+/// A moment of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PositionState {
+    /// Since the start, seconds.
+    pub time_s: f64,
+    /// Position.
+    pub position: DVector<f64>,
+    /// Velocity, per second.
+    pub velocity: DVector<f64>,
+}
+
+impl PositionDmp {
+    /// Learns from positions at equal steps of `step_s` seconds.
+    ///
+    /// # Errors
+    /// [`DmpError`] when there are fewer samples than kernels (or than 3), or anything is of another size or not finite.
+    pub fn learn(
+        demonstration: &[DVector<f64>],
+        step_s: f64,
+        params: &DmpParams,
+    ) -> Result<Self, DmpError> {
+        params.check()?;
+        check_positive("step", step_s)?;
+        let wanted = params.n_kernels.max(3);
+        let [start, .., goal] = demonstration else {
+            let found = demonstration.len();
+            return Err(DmpError::TooFewSamples { found, wanted });
+        };
+        let found = demonstration.len();
+        if found < wanted {
+            return Err(DmpError::TooFewSamples { found, wanted });
+        }
+        for sample in demonstration {
+            check_size("sample", sample.len(), start.len())?;
+            check_finite("sample", sample.iter())?;
+        }
+        let positions = DMatrix::from_columns(demonstration);
+        let velocities = derivative(&positions, step_s);
+        let accelerations = derivative(&velocities, step_s);
+        let duration_s = step_s * (found - 1) as f64;
+        let spring = Spring {
+            damping: params.damping,
+        };
+        let forces = DMatrix::from_fn(start.len(), found, |dim, k| {
+            let at = (dim, k);
+            let to_goal = goal[dim] - positions[at];
+            spring.force(to_goal, velocities[at], accelerations[at], duration_s)
+        });
+        let per_displacement = (0..start.len())
+            .map(|dim| {
+                let row = positions.row(dim);
+                let displacement = goal[dim] - start[dim];
+                let is_moved =
+                    displacement.abs() > DISPLACEMENT_SHARE_MIN * (row.max() - row.min());
+                is_moved.then(|| 1.0 / displacement)
+            })
+            .collect();
+        Ok(Self {
+            forcing: ForcingTerms::fit(params, &forces),
+            spring,
+            phase_decay: params.phase_decay,
+            duration_s,
+            start: start.clone(),
+            goal: goal.clone(),
+            per_displacement,
+        })
+    }
+
+    /// The run that was demonstrated, from rest.
+    #[must_use]
+    pub fn demonstrated(&self) -> PositionMotion {
+        PositionMotion {
+            start: self.start.clone(),
+            start_velocity: DVector::zeros(self.start.len()),
+            goal: self.goal.clone(),
+            duration_s: self.duration_s,
+            scaling: ShapeScaling::default(),
+        }
+    }
+
+    /// The learned forces.
+    #[must_use]
+    pub fn forcing(&self) -> &ForcingTerms {
+        &self.forcing
+    }
+
+    /// The learned forces, to be changed by policy search.
+    pub fn forcing_mut(&mut self) -> &mut ForcingTerms {
+        &mut self.forcing
+    }
+
+    /// Begins a run.
+    ///
+    /// # Errors
+    /// [`DmpError`] when a size differs from the demonstration's, or anything is not finite or the duration not positive.
+    pub fn run(&self, motion: &PositionMotion) -> Result<PositionRollout<'_>, DmpError> {
+        let n_dims = self.start.len();
+        for (what, vector) in [
+            ("start", &motion.start),
+            ("start velocity", &motion.start_velocity),
+            ("goal", &motion.goal),
+        ] {
+            check_size(what, vector.len(), n_dims)?;
+            check_finite(what, vector.iter())?;
+        }
+        check_positive("duration", motion.duration_s)?;
+        Ok(PositionRollout {
+            dmp: self,
+            motion: motion.clone(),
+            state: PositionState {
+                time_s: 0.0,
+                position: motion.start.clone(),
+                velocity: motion.start_velocity.clone(),
+            },
+            activations: vec![0.0; self.forcing.n_kernels()],
+        })
+    }
+}
+
+/// A run under way.
+#[derive(Debug, Clone)]
+pub struct PositionRollout<'a> {
+    dmp: &'a PositionDmp,
+    motion: PositionMotion,
+    state: PositionState,
+    activations: Vec<f64>,
+}
+
+impl PositionRollout<'_> {
+    /// The present moment.
+    #[must_use]
+    pub fn state(&self) -> &PositionState {
+        &self.state
+    }
+
+    /// Leads to another goal from now on.
+    ///
+    /// # Errors
+    /// [`DmpError`] when its size differs or it is not finite.
+    pub fn set_goal(&mut self, goal: DVector<f64>) -> Result<(), DmpError> {
+        check_size("goal", goal.len(), self.motion.goal.len())?;
+        check_finite("goal", goal.iter())?;
+        self.motion.goal = goal;
+        Ok(())
+    }
+
+    /// Goes on by a time in seconds.
+    ///
+    /// # Errors
+    /// [`DmpError::OutOfRange`] when the step is not positive or longer than a thousand durations.
+    pub fn advance(&mut self, step_s: f64) -> Result<&PositionState, DmpError> {
+        let (n_substeps, substep_s) = substeps(step_s, self.motion.duration_s)?;
+        for _ in 0..n_substeps {
+            self.substep(substep_s);
+        }
+        Ok(&self.state)
+    }
+
+    /// One step of the midpoint rule.
+    fn substep(&mut self, step_s: f64) {
+        let now = self.state.clone();
+        let acceleration = self.acceleration(&now);
+        let middle = PositionState {
+            time_s: now.time_s + 0.5 * step_s,
+            position: &now.position + 0.5 * step_s * &now.velocity,
+            velocity: &now.velocity + 0.5 * step_s * acceleration,
+        };
+        let acceleration = self.acceleration(&middle);
+        self.state = PositionState {
+            time_s: now.time_s + step_s,
+            position: now.position + step_s * middle.velocity,
+            velocity: now.velocity + step_s * acceleration,
+        };
+    }
+
+    fn acceleration(&mut self, at: &PositionState) -> DVector<f64> {
+        let duration_s = self.motion.duration_s;
+        let phase = phase_at(at.time_s / duration_s, self.dmp.phase_decay);
+        self.dmp.forcing.activate_into(phase, &mut self.activations);
+        DVector::from_fn(at.position.len(), |dim, _| {
+            let to_goal = self.motion.goal[dim] - at.position[dim];
+            let force = self.shape_scale(dim) * self.dmp.forcing.force(dim, &self.activations);
+            self.dmp
+                .spring
+                .acceleration(to_goal, at.velocity[dim], force, duration_s)
+        })
+    }
+
+    fn shape_scale(&self, dim: usize) -> f64 {
+        let displacement = self.motion.goal[dim] - self.motion.start[dim];
+        match (self.motion.scaling, self.dmp.per_displacement[dim]) {
+            (ShapeScaling::WithDisplacement, Some(per_displacement)) => {
+                displacement * per_displacement
+            }
+            _ => 1.0,
+        }
+    }
+}
