@@ -2,7 +2,8 @@
 //!
 //! Method: Felzenszwalb & Huttenlocher, "Distance Transforms of Sampled Functions", Theory of Computing
 //! 8 (2012), section 2: the exact squared Euclidean transform as lower envelopes of parabolas, first
-//! along columns, then along rows. Time and memory are linear in the number of cells.
+//! along columns, then along rows. Where we differ: along columns the envelope of a yes-or-no grid is
+//! found by two sweeps, which read memory in order. Time and memory are linear in the number of cells.
 
 use super::{CellState, OccupancyGrid};
 use crate::Pose2;
@@ -42,26 +43,8 @@ impl DistanceField {
     #[must_use]
     pub fn from_obstacles(grid: &OccupancyGrid, is_obstacle: impl Fn(usize) -> bool) -> Self {
         let (width, height) = (grid.width(), grid.height());
-        let mut squared: Vec<f64> = (0..width * height)
-            .map(|flat| {
-                if is_obstacle(flat) {
-                    0.0
-                } else {
-                    f64::INFINITY
-                }
-            })
-            .collect();
-        let mut scratch = Envelope::with_capacity(width.max(height));
-        let mut line = vec![0.0; height];
-        for column in 0..width {
-            for row in 0..height {
-                line[row] = squared[row * width + column];
-            }
-            scratch.transform(&mut line);
-            for row in 0..height {
-                squared[row * width + column] = line[row];
-            }
-        }
+        let mut squared = squared_along_columns(width, height, is_obstacle);
+        let mut scratch = Envelope::with_capacity(width);
         for row in squared.chunks_exact_mut(width.max(1)) {
             scratch.transform(row);
         }
@@ -138,6 +121,38 @@ impl DistanceField {
     fn at(&self, column: usize, row: usize) -> f64 {
         f64::from(self.distances_m[row * self.width + column])
     }
+}
+
+/// Squared distance (cells) of every cell to the nearest obstacle in its own column, row-major.
+///
+/// A column holds only obstacles and infinities, so that its lower envelope is the distance to the nearer of the
+/// obstacles above and below: two sweeps over whole rows, in the order in which they lie in memory.
+fn squared_along_columns(
+    width: usize,
+    height: usize,
+    is_obstacle: impl Fn(usize) -> bool,
+) -> Vec<f64> {
+    let mut squared = vec![f64::INFINITY; width * height];
+    // Rows since the last obstacle of each column, upwards and then downwards.
+    let mut n_rows_since = vec![f64::INFINITY; width];
+    for (row, line) in squared.chunks_exact_mut(width.max(1)).enumerate() {
+        for (column, (out, since)) in line.iter_mut().zip(&mut n_rows_since).enumerate() {
+            *since = if is_obstacle(row * width + column) {
+                0.0
+            } else {
+                *since + 1.0
+            };
+            *out = *since * *since;
+        }
+    }
+    n_rows_since.fill(f64::INFINITY);
+    for line in squared.chunks_exact_mut(width.max(1)).rev() {
+        for (out, since) in line.iter_mut().zip(&mut n_rows_since) {
+            *since = if *out == 0.0 { 0.0 } else { *since + 1.0 };
+            *out = out.min(*since * *since);
+        }
+    }
+    squared
 }
 
 /// Lower envelope of parabolas rooted at the samples of one line; buffers are kept between lines.
