@@ -13,11 +13,17 @@ pub(crate) fn dir() -> anyhow::Result<PathBuf> {
         return if is_assets(&dir) {
             Ok(dir)
         } else {
-            Err(usage(format!("FACTOTUM_ASSETS is `{}`, which has no folder `robots`", dir.display())))
+            Err(usage(format!(
+                "FACTOTUM_ASSETS is `{}`, which has no folder `robots`",
+                dir.display()
+            )))
         };
     }
     let program = std::env::current_exe().ok();
-    let beside = program.iter().flat_map(|program| program.ancestors().skip(1)).take(4);
+    let beside = program
+        .iter()
+        .flat_map(|program| program.ancestors().skip(1))
+        .take(4);
     std::iter::once(Path::new(".")).chain(beside)
         .map(|dir| dir.join("assets"))
         .find(|dir| is_assets(dir))

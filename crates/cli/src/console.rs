@@ -41,14 +41,22 @@ pub(crate) struct Console {
 
 impl Console {
     pub(crate) fn new(is_json: bool, is_quiet: bool) -> Self {
-        let is_plain = std::env::var_os("NO_COLOR").is_some() || std::env::var("TERM").is_ok_and(|term| term == "dumb");
+        let is_plain = std::env::var_os("NO_COLOR").is_some()
+            || std::env::var("TERM").is_ok_and(|term| term == "dumb");
         let bar = if is_quiet || is_plain || !std::io::stderr().is_terminal() {
             ProgressBar::hidden()
         } else {
             ProgressBar::new_spinner()
         };
-        bar.set_style(ProgressStyle::with_template("{spinner} {elapsed} {msg}").unwrap_or_else(|_| ProgressStyle::default_spinner()));
-        Self { is_json, is_quiet, bar }
+        bar.set_style(
+            ProgressStyle::with_template("{spinner} {elapsed} {msg}")
+                .unwrap_or_else(|_| ProgressStyle::default_spinner()),
+        );
+        Self {
+            is_json,
+            is_quiet,
+            bar,
+        }
     }
 
     /// What is going on right now; replaced by the next.
@@ -73,7 +81,11 @@ impl Console {
     }
 
     /// The answer: as JSON with `--json`, else as `text`.
-    pub(crate) fn answer<T: Serialize>(&self, json: &T, text: impl FnOnce() -> String) -> anyhow::Result<()> {
+    pub(crate) fn answer<T: Serialize>(
+        &self,
+        json: &T,
+        text: impl FnOnce() -> String,
+    ) -> anyhow::Result<()> {
         self.bar.finish_and_clear();
         if self.is_json {
             println!("{}", serde_json::to_string_pretty(json)?);

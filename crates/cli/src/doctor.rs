@@ -21,13 +21,20 @@ pub(crate) fn doctor(console: &Console) -> anyhow::Result<Answer> {
         Finding {
             what: "MuJoCo",
             found: Model::from_mjcf_str("<mujoco/>")
-                .map(|_| format!("{} loads and compiles models", factotum_physics::engine_version()))
+                .map(|_| {
+                    format!(
+                        "{} loads and compiles models",
+                        factotum_physics::engine_version()
+                    )
+                })
                 .map_err(|error| format!("{error}; run `cargo x setup`")),
             is_needed: true,
         },
         Finding {
             what: "models",
-            found: assets::dir().map(|dir| dir.display().to_string()).map_err(|error| error.to_string()),
+            found: assets::dir()
+                .map(|dir| dir.display().to_string())
+                .map_err(|error| error.to_string()),
             is_needed: true,
         },
         Finding {
@@ -35,7 +42,10 @@ pub(crate) fn doctor(console: &Console) -> anyhow::Result<Answer> {
             found: if factotum_studio::is_page_built() {
                 Ok("built in".to_owned())
             } else {
-                Err("not built; with Node.js installed, run `cargo x setup` and build again".to_owned())
+                Err(
+                    "not built; with Node.js installed, run `cargo x setup` and build again"
+                        .to_owned(),
+                )
             },
             is_needed: false,
         },
@@ -48,11 +58,16 @@ pub(crate) fn doctor(console: &Console) -> anyhow::Result<Answer> {
             what: "planner Fast Downward",
             found: FastDownward::discover(&fast_downward_places())
                 .map(|_| "found".to_owned())
-                .map_err(|_| "not found; `cargo x setup` or `pip install up-fast-downward` gets it".to_owned()),
+                .map_err(|_| {
+                    "not found; `cargo x setup` or `pip install up-fast-downward` gets it"
+                        .to_owned()
+                }),
             is_needed: false,
         },
     ];
-    let is_well = findings.iter().all(|finding| finding.found.is_ok() || !finding.is_needed);
+    let is_well = findings
+        .iter()
+        .all(|finding| finding.found.is_ok() || !finding.is_needed);
     let document: Vec<_> = findings
         .iter()
         .map(|finding| {

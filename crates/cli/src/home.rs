@@ -34,9 +34,15 @@ pub(crate) fn home(command: &HomeCommand, console: &Console) -> anyhow::Result<A
             let (name, aosm) = read(dir)?;
             let domain = aosm.domain().map_err(usage)?;
             let n_operators = domain.operators().len();
-            console.answer(&json!({"home": name, "ok": true, "operators": n_operators}), || {
-                format!("{name}: in order; {} objects, {n_operators} operators", aosm.objects.len())
-            })?;
+            console.answer(
+                &json!({"home": name, "ok": true, "operators": n_operators}),
+                || {
+                    format!(
+                        "{name}: in order; {} objects, {n_operators} operators",
+                        aosm.objects.len()
+                    )
+                },
+            )?;
         }
     }
     Ok(Answer::Yes)
@@ -76,15 +82,30 @@ fn text(name: &str, aosm: &Aosm) -> String {
     let area_m2 = grid.count_states()[0] as f64 * grid.resolution_m().powi(2);
     let mut lines = vec![
         format!("{name}"),
-        format!("  map      {} x {} cells of {} m, {area_m2:.1} m² free", grid.width(), grid.height(), grid.resolution_m()),
-        format!("  classes  {}", aosm.classes.keys().cloned().collect::<Vec<_>>().join(", ")),
+        format!(
+            "  map      {} x {} cells of {} m, {area_m2:.1} m² free",
+            grid.width(),
+            grid.height(),
+            grid.resolution_m()
+        ),
+        format!(
+            "  classes  {}",
+            aosm.classes.keys().cloned().collect::<Vec<_>>().join(", ")
+        ),
     ];
     for object in aosm.objects.values() {
         let at = object.map_from_object.translation.vector;
         let states = aosm.states_of(object).join(", ");
-        lines.push(format!("  {:<16} at ({:.2}, {:.2}, {:.2}) m  {states}", object.name, at.x, at.y, at.z));
+        lines.push(format!(
+            "  {:<16} at ({:.2}, {:.2}, {:.2}) m  {states}",
+            object.name, at.x, at.y, at.z
+        ));
     }
     lines.push("  options".to_owned());
-    lines.extend(aosm.options().iter().map(|option| format!("    {}", option.step)));
+    lines.extend(
+        aosm.options()
+            .iter()
+            .map(|option| format!("    {}", option.step)),
+    );
     lines.join("\n")
 }

@@ -3,17 +3,26 @@
 //! Exit codes: 0 done, 1 ran with a negative answer (no plan, chore not achieved), 2 usage or bad input, 3 internal
 //! fault. With `--json` one JSON document goes to standard output and every message to standard error.
 
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command-line program")]
+#![expect(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "a command-line program"
+)]
 
 mod assets;
+mod audience;
+mod belief;
 mod console;
 mod doctor;
 mod home;
 mod map;
 mod plan;
+mod result;
 mod robot;
 mod run;
+mod session;
 mod watch;
+mod wire_view;
 
 use std::process::ExitCode;
 
@@ -81,7 +90,11 @@ fn main() -> ExitCode {
         Ok(Answer::No) => ExitCode::from(1),
         Err(error) => {
             console.error(&error);
-            ExitCode::from(if error.downcast_ref::<UsageError>().is_some() { 2 } else { 3 })
+            ExitCode::from(if error.downcast_ref::<UsageError>().is_some() {
+                2
+            } else {
+                3
+            })
         }
     }
 }

@@ -40,23 +40,32 @@ pub(crate) fn map(command: &MapCommand, console: &Console) -> anyhow::Result<Ans
             let stored = StoredMap::read(yaml).map_err(usage)?;
             let grid = stored.checked_grid().map_err(usage)?;
             if out.join("home.toml").exists() {
-                return Err(usage(format!("`{}` is a home folder already; nothing was written", out.display())));
+                return Err(usage(format!(
+                    "`{}` is a home folder already; nothing was written",
+                    out.display()
+                )));
             }
             let name = name.clone().unwrap_or_else(|| {
-                yaml.file_stem().map_or_else(|| "home".to_owned(), |stem| stem.to_string_lossy().into_owned())
+                yaml.file_stem().map_or_else(
+                    || "home".to_owned(),
+                    |stem| stem.to_string_lossy().into_owned(),
+                )
             });
             let (width, height) = (grid.width(), grid.height());
             home_folder::write(out, &name, &Aosm::new([], grid)).map_err(usage)?;
             // The map keeps its own pixels and thresholds: an export gives back what was imported.
             stored.write(&out.join("map.yaml")).map_err(usage)?;
-            console.answer(&json!({"home": name, "width": width, "height": height}), || {
-                format!("{name}: {width} x {height} cells in `{}`", out.display())
-            })?;
+            console.answer(
+                &json!({"home": name, "width": width, "height": height}),
+                || format!("{name}: {width} x {height} cells in `{}`", out.display()),
+            )?;
         }
         MapCommand::Export { home, out } => {
             let stored = StoredMap::read(&home.join("map.yaml")).map_err(usage)?;
             stored.write(out).map_err(usage)?;
-            console.answer(&json!({"map": out}), || format!("wrote `{}`", out.display()))?;
+            console.answer(&json!({"map": out}), || {
+                format!("wrote `{}`", out.display())
+            })?;
         }
     }
     Ok(Answer::Yes)

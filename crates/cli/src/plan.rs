@@ -40,18 +40,29 @@ pub(crate) enum PlannerName {
 pub(crate) fn planner(name: PlannerName) -> anyhow::Result<Box<dyn Planner>> {
     Ok(match name {
         PlannerName::Ferroplan => Box::new(Ferroplan::default()),
-        PlannerName::FastDownward => Box::new(FastDownward::discover(&fast_downward_places()).map_err(usage)?),
+        PlannerName::FastDownward => {
+            Box::new(FastDownward::discover(&fast_downward_places()).map_err(usage)?)
+        }
     })
 }
 
 /// Where Fast Downward may be: where the user says, on PATH, and where `cargo x setup` puts it.
 pub(crate) fn fast_downward_places() -> Vec<PathBuf> {
-    let mut places: Vec<PathBuf> = std::env::var_os("FAST_DOWNWARD").map(PathBuf::from).into_iter().collect();
+    let mut places: Vec<PathBuf> = std::env::var_os("FAST_DOWNWARD")
+        .map(PathBuf::from)
+        .into_iter()
+        .collect();
     if let Some(path) = std::env::var_os("PATH") {
         places.extend(std::env::split_paths(&path));
     }
     if let Ok(program) = std::env::current_exe() {
-        places.extend(program.ancestors().skip(1).take(4).map(|dir| dir.join(".deps/fast-downward")));
+        places.extend(
+            program
+                .ancestors()
+                .skip(1)
+                .take(4)
+                .map(|dir| dir.join(".deps/fast-downward")),
+        );
     }
     places
 }
@@ -59,7 +70,10 @@ pub(crate) fn fast_downward_places() -> Vec<PathBuf> {
 /// Runs `factotum plan`.
 pub(crate) fn plan(args: &PlanArgs, console: &Console) -> anyhow::Result<Answer> {
     if !(args.time_limit > 0.0 && args.time_limit.is_finite()) {
-        return Err(usage(format!("--time-limit is {}, expected a positive number of seconds", args.time_limit)));
+        return Err(usage(format!(
+            "--time-limit is {}, expected a positive number of seconds",
+            args.time_limit
+        )));
     }
     let domain = parse_domain(&read(&args.domain)?)
         .map_err(|error| usage(format!("{}:{error}", args.domain.display())))?;
@@ -67,18 +81,28 @@ pub(crate) fn plan(args: &PlanArgs, console: &Console) -> anyhow::Result<Answer>
         .map_err(|error| usage(format!("{}:{error}", args.problem.display())))?;
     let planner = planner(args.planner)?;
     console.progress(format!("planning with {}", planner.name()));
-    let limits = Limits { time: Duration::from_secs_f64(args.time_limit), ..Limits::default() };
+    let limits = Limits {
+        time: Duration::from_secs_f64(args.time_limit),
+        ..Limits::default()
+    };
     let started = Instant::now();
-    let outcome = planner.solve(&domain, &problem, &limits).context("planning failed")?;
+    let outcome = planner
+        .solve(&domain, &problem, &limits)
+        .context("planning failed")?;
     let wall_secs = started.elapsed().as_secs_f64();
     let (word, reason) = match &outcome {
         PlanOutcome::Solved { .. } => ("solved", String::new()),
         PlanOutcome::Unsolvable { reason } => ("unsolvable", reason.clone()),
         PlanOutcome::Exhausted { reason } => ("exhausted", reason.clone()),
-        PlanOutcome::LimitReached { limit } => ("limit_reached", format!("{limit:?}").to_lowercase()),
+        PlanOutcome::LimitReached { limit } => {
+            ("limit_reached", format!("{limit:?}").to_lowercase())
+        }
     };
     let steps = outcome.plan().map(|plan| {
-        plan.steps.iter().map(|step| json!({"action": step.name, "args": step.args})).collect::<Vec<_>>()
+        plan.steps
+            .iter()
+            .map(|step| json!({"action": step.name, "args": step.args}))
+            .collect::<Vec<_>>()
     });
     let document = json!({
         "outcome": word, "planner": planner.name(), "plan": steps, "cost": outcome.plan().map(|plan| plan.cost),
@@ -87,7 +111,12 @@ pub(crate) fn plan(args: &PlanArgs, console: &Console) -> anyhow::Result<Answer>
     console.answer(&document, || match outcome.plan() {
         Some(plan) => {
             let steps: Vec<String> = plan.steps.iter().map(ToString::to_string).collect();
-            format!("{}\n; cost {} ({} in {wall_secs:.3} s)", steps.join("\n"), plan.cost, planner.name())
+            format!(
+                "{}\n; cost {} ({} in {wall_secs:.3} s)",
+                steps.join("\n"),
+                plan.cost,
+                planner.name()
+            )
         }
         None => format!("no plan: {} {reason}", word.replace('_', " ")),
     })?;
@@ -95,5 +124,6 @@ pub(crate) fn plan(args: &PlanArgs, console: &Console) -> anyhow::Result<Answer>
 }
 
 fn read(path: &Path) -> anyhow::Result<String> {
-    std::fs::read_to_string(path).map_err(|error| usage(format!("cannot read `{}`: {error}", path.display())))
+    std::fs::read_to_string(path)
+        .map_err(|error| usage(format!("cannot read `{}`: {error}", path.display())))
 }

@@ -30,7 +30,10 @@ pub(crate) fn robot(command: &RobotCommand, console: &Console) -> anyhow::Result
         .iter()
         .zip(model.limits())
         .map(|(name, limit)| {
-            let range = limit.lower.is_finite().then_some([limit.lower, limit.upper]);
+            let range = limit
+                .lower
+                .is_finite()
+                .then_some([limit.lower, limit.upper]);
             json!({"name": name, "range": range, "velocity_max": limit.velocity})
         })
         .collect();
@@ -38,21 +41,30 @@ pub(crate) fn robot(command: &RobotCommand, console: &Console) -> anyhow::Result
         (description.base.is_none(), "mobile base: it cannot drive"),
         (description.gripper.is_none(), "gripper: it cannot pick"),
         (description.sensors.lidar.is_none(), "lidar: it cannot map"),
-        (description.sensors.camera.is_none(), "camera: it cannot find objects"),
+        (
+            description.sensors.camera.is_none(),
+            "camera: it cannot find objects",
+        ),
     ]
     .into_iter()
     .filter_map(|(is_missing, what)| is_missing.then_some(what))
     .collect();
     let document = json!({"robot": description.name, "chain": joints, "tcp": description.arm.tcp_site, "missing": missing});
     console.answer(&document, || {
-        let mut lines = vec![format!("{}: loads; tool frame `{}`", description.name, description.arm.tcp_site)];
+        let mut lines = vec![format!(
+            "{}: loads; tool frame `{}`",
+            description.name, description.arm.tcp_site
+        )];
         for (name, limit) in model.chain_joints().iter().zip(model.limits()) {
             let range = if limit.lower.is_finite() {
                 format!("{:7.3} .. {:7.3}", limit.lower, limit.upper)
             } else {
                 "continuous".to_owned()
             };
-            lines.push(format!("  {name:<20} {range}  at most {:.2} per second", limit.velocity));
+            lines.push(format!(
+                "  {name:<20} {range}  at most {:.2} per second",
+                limit.velocity
+            ));
         }
         lines.extend(missing.iter().map(|what| format!("  missing: {what}")));
         lines.join("\n")

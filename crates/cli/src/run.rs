@@ -1,60 +1,54 @@
 //! `factotum run`: the main job.
 
-use std::path::PathBuf;
-use std::sync::Arc;
-use std::time::Instant;
+use std::path::{Path, PathBuf};
+use std::time::{Instant, SystemTime};
 
 use clap::{Args, ValueEnum};
-use factotum_agent::{AgentError, Executive, RunReport, Settings};
-use factotum_descriptions::RobotDescription;
-use factotum_geometry::Pose2;
-use factotum_geometry::grid::{Cell, OccupancyGrid, map_overlap};
+use factotum_agent::{AgentError, Executive, RunReport};
+use factotum_experiments::run_folder::{Manifest, REPORT_NAME, RunFolder, RunFolderError};
+use factotum_experiments::utc::UtcTime;
+use factotum_geometry::grid::map_overlap;
 use factotum_protocol::{self as wire, ServerMessage};
 use factotum_semantic_map::{Aosm, ChoreGoal, home_folder};
-use factotum_studio::{Studio, StudioConfig, StudioHandle};
-use factotum_worlds::{Fault, FaultSwitch, HomeScene, Noise, SimRobot, WorldConfig};
-use serde_json::json;
+use factotum_worlds::{Fault, FaultSwitch, HomeScene};
 
-use crate::assets;
+use crate::audience::Audience;
 use crate::console::{Answer, Console, usage};
 use crate::plan::{PlannerName, planner};
-use crate::watch::{FRAME_SECS, Pacer, Reporter, StopFlag, scene_of};
+use crate::result::{ChoreResult, Known, RunResult, peak_rss_mb};
+use crate::session::{Ended, MAP_RESOLUTION_M, Session, WorldArgs};
+use crate::watch::StopFlag;
+
+/// Where run folders go if no other place is given.
+const RUNS_DIR: &str = "runs";
+/// Name of the result in a run folder: the document that `--json` prints.
+const RESULT_NAME: &str = "result.json";
+/// Name of the home folder in a run folder.
+const HOME_NAME: &str = "home";
 
 /// Arguments of `factotum run`.
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
-    /// Home to work in: a folder with `scene.toml`, or the name of a shipped one.
-    #[arg(long, default_value = "household")]
-    scene: PathBuf,
+    #[command(flatten)]
+    world: WorldArgs,
     /// Chore to do; every chore of the scene if absent.
     #[arg(long)]
     goal: Option<String>,
-    /// Robot: a folder with `robot.toml`, or the name of a shipped one.
-    #[arg(long, default_value = "movo")]
-    robot: PathBuf,
-    /// Draws object places, start pose and noise.
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
-    /// Do not open the page.
-    #[arg(long)]
-    headless: bool,
-    /// Robot seconds per second: 1 is real time, 0 as fast as possible. Default: 0 headless, 2 with the page.
-    #[arg(long)]
-    speed: Option<f64>,
     /// Something that goes wrong.
     #[arg(long, value_enum)]
     fault: Option<FaultName>,
     /// Task planner.
     #[arg(long, value_enum, default_value_t)]
     planner: PlannerName,
-    /// Run folder to write: the home as it was mapped, and the result.
+    /// Run folder to make: the home as it was mapped, a report, a recording, the result. Default:
+    /// `runs/<UTC date>-<scene>-<seed>`.
     #[arg(long)]
     out: Option<PathBuf>,
 }
 
 /// What may go wrong on request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum FaultName {
+pub(crate) enum FaultName {
     /// The object is moved after it was mapped.
     MovedObject,
     /// A new obstacle stands in the way.
@@ -73,116 +67,140 @@ impl From<FaultName> for Fault {
     }
 }
 
-/// Edge of a cell of the map, metres.
-const MAP_RESOLUTION_M: f64 = 0.05;
-
-/// What came of one chore.
-struct Done {
-    goal: String,
-    report: RunReport,
-    achieved: bool,
-    measured: String,
+/// What the executive did, and what ended it before its time.
+struct Work {
+    reports: Vec<RunReport>,
+    explore_secs: f64,
+    failed: Option<AgentError>,
 }
 
 /// Runs `factotum run`.
 pub(crate) fn run(args: &RunArgs, console: &Console) -> anyhow::Result<Answer> {
-    let started = Instant::now();
-    let stop = StopFlag::default();
-    let on_interrupt = stop.clone();
-    ctrlc::set_handler(move || {
-        if on_interrupt.is_raised() {
-            std::process::exit(130);
-        }
-        on_interrupt.raise();
-    })?;
-    let speed = args.speed.unwrap_or(if args.headless { 0.0 } else { 2.0 });
-    if !(speed >= 0.0 && speed.is_finite()) {
-        return Err(usage(format!("--speed is {speed}, expected 0 or a positive number")));
-    }
-
+    let clock = Instant::now();
+    let started = UtcTime::from(SystemTime::now());
     console.progress("loading models");
-    let scene = HomeScene::load(&assets::scene(&args.scene)?).map_err(usage)?;
-    let robot = RobotDescription::load(&assets::robot(&args.robot)?).map_err(usage)?;
-    let chores: Vec<(String, ChoreGoal)> = match &args.goal {
+    let models = args.world.load()?;
+    let chores = chores_of(&models.0, args.goal.as_deref())?;
+    let planner = planner(args.planner)?;
+    let mut folder = make_folder(args, models.0.name(), started)?;
+    let fault = args.fault.map(Fault::from);
+    let mut session = Session::begin(
+        &args.world,
+        models,
+        fault,
+        Some(folder.path()),
+        started,
+        console,
+    )?;
+
+    let faults = session.sim.fault_switch();
+    let aosm = session.empty_map()?;
+    let mut work = Work {
+        reports: Vec::new(),
+        explore_secs: 0.0,
+        failed: None,
+    };
+    let home = HomeKeeper {
+        dir: folder.file(HOME_NAME),
+        name: session.sim.scene().name().to_owned(),
+        audience: session.audience.clone(),
+    };
+    let ended = session.execute(aosm, planner.as_ref(), |executive| {
+        if let Err(error) = do_chores(executive, &chores, &faults, &home, &mut work) {
+            work.failed = Some(error);
+        }
+        home.keep(executive.aosm());
+    })?;
+    let is_stopped = session.stop.is_raised();
+    let result = judge(&session, args, &chores, &mut work, clock, &ended)?;
+
+    let activity = if is_stopped {
+        wire::Activity::Stopped
+    } else {
+        wire::Activity::Finished
+    };
+    session.audience.set_activity(activity);
+    session.audience.tell(ServerMessage::Done(wire::Done {
+        achieved: result.is_achieved(),
+        summary: result.summary(),
+    }));
+    session.audience.finish_recording();
+    let fault_of_ours = work.failed.filter(|_| !is_stopped);
+    let exit_code = match (&fault_of_ours, result.is_achieved()) {
+        (Some(_), _) => 3,
+        (None, true) => 0,
+        (None, false) => 1,
+    };
+    keep_result(&mut folder, &result, &session.audience, args, exit_code);
+
+    console.answer(&result.document(), || result.text())?;
+    console.say(format_args!("run folder: {}", folder.path().display()));
+    let troubles = session.audience.take_troubles();
+    for trouble in &troubles {
+        console.error(trouble);
+    }
+    if fault_of_ours.is_none() {
+        session.linger();
+    }
+    match (fault_of_ours, troubles.is_empty()) {
+        (Some(error), _) => Err(error.into()),
+        (None, false) => Err(anyhow::anyhow!(
+            "the run folder `{}` is not whole",
+            folder.path().display()
+        )),
+        (None, true) => Ok(Answer::from(result.is_achieved())),
+    }
+}
+
+/// The chore of that name, or all.
+fn chores_of(scene: &HomeScene, goal: Option<&str>) -> anyhow::Result<Vec<(String, ChoreGoal)>> {
+    let chores = match goal {
         Some(name) => vec![scene.chore(name).map_err(usage)?],
         None => scene.chores().iter().collect(),
-    }
-    .into_iter()
-    .map(|chore| {
-        let goal = scene.classes().get(&chore.class).map(|class| ChoreGoal::of_action(class, &chore.action));
-        match goal {
-            Some(Ok(goal)) => Ok((chore.name.clone(), goal)),
-            Some(Err(error)) => Err(usage(format!("chore `{}`: {error}", chore.name))),
-            None => Err(usage(format!("chore `{}`: no class `{}` in this scene", chore.name, chore.class))),
-        }
-    })
-    .collect::<anyhow::Result<_>>()?;
-    let planner = planner(args.planner)?;
-    let classes: Vec<_> = scene.classes().values().cloned().collect();
-    let mut sim = SimRobot::new(WorldConfig {
-        robot,
-        scene,
-        seed: args.seed,
-        noise: Noise::default(),
-        fault: args.fault.map(Fault::from),
-    })
-    .map_err(usage)?;
-
-    let studio = if args.headless { None } else { Some(Arc::new(Studio::start(StudioConfig::default())?)) };
-    if let Some(studio) = &studio {
-        console.say(format_args!("watch at {}", studio.url()));
-        show_bodies(studio, &sim);
-    }
-    let mut pacer = Pacer::new(studio.clone(), stop.clone(), &sim, speed);
-    sim.set_observer(FRAME_SECS, Box::new(move |view| pacer.frame(view)));
-
-    // The map begins where the robot stands: nothing of the home is given.
-    let world_from_map = sim.world_from_odom_start();
-    let nothing = OccupancyGrid::filled(1, 1, MAP_RESOLUTION_M, Pose2::identity(), Cell::UNKNOWN)?;
-    let aosm = Aosm::new(classes, nothing);
-    let mut reporter =
-        Reporter { studio: studio.clone(), stop: stop.clone(), console, world_from_map, n_plans: 0 };
-    let faults = sim.fault_switch();
-    let mut executive = Executive::new(
-        &mut sim,
-        aosm,
-        Pose2::identity(),
-        planner.as_ref(),
-        &mut reporter,
-        Settings::default(),
-        args.seed,
-    )?;
-    let reports = do_chores(&mut executive, &chores, &faults, console)?;
-    let n_edges = executive.graph().edges.len();
-    let n_nodes = executive.graph().nodes.len();
-    let aosm = executive.into_aosm();
-
-    if let Some(out) = &args.out {
-        home_folder::write(&out.join("home"), sim.scene().name(), &aosm).map_err(usage)?;
-    }
-
-    let mut done: Vec<Done> = Vec::new();
-    for ((name, _), report) in chores.iter().zip(reports) {
-        let verdict = sim.judge().achieved(name)?;
-        done.push(Done { goal: name.clone(), report, achieved: verdict.achieved, measured: verdict.measured });
-    }
-    let truth = sim.true_grid(MAP_RESOLUTION_M)?;
-    let map_iou = map_overlap(&aosm.grid, &truth, &world_from_map, 2.0 * MAP_RESOLUTION_M).free_iou;
-    let known = json!({"classes": aosm.classes.len(), "objects": aosm.objects.len(), "nodes": n_nodes, "edges": n_edges});
-
-    let is_achieved = done.len() == chores.len() && done.iter().all(|chore| chore.achieved);
-    if let Some(studio) = &studio {
-        let summary = done.iter().map(|chore| format!("{}: {}", chore.goal, chore.measured)).collect::<Vec<_>>().join("; ");
-        studio.publish(ServerMessage::Done(wire::Done { achieved: is_achieved, summary }));
-    }
-    let wall_secs = started.elapsed().as_secs_f64();
-    let documents: Vec<_> = done.iter().map(|chore| document(chore, &known, map_iou, wall_secs)).collect();
-    let document = match documents.as_slice() {
-        [one] => one.clone(),
-        _ => json!({"achieved": is_achieved, "chores": documents, "wall_secs": wall_secs}),
     };
-    console.answer(&document, || text(&done, wall_secs))?;
-    Ok(Answer::from(is_achieved))
+    chores
+        .into_iter()
+        .map(|chore| {
+            let goal = scene
+                .classes()
+                .get(&chore.class)
+                .map(|class| ChoreGoal::of_action(class, &chore.action));
+            match goal {
+                Some(Ok(goal)) => Ok((chore.name.clone(), goal)),
+                Some(Err(error)) => Err(usage(format!("chore `{}`: {error}", chore.name))),
+                None => Err(usage(format!(
+                    "chore `{}`: no class `{}` in this scene",
+                    chore.name, chore.class
+                ))),
+            }
+        })
+        .collect()
+}
+
+fn make_folder(args: &RunArgs, scene: &str, started: UtcTime) -> anyhow::Result<RunFolder> {
+    let program = concat!("factotum ", env!("CARGO_PKG_VERSION"));
+    let command = std::env::args().collect();
+    let manifest = Manifest::begin(program, command, scene, args.world.seed, started);
+    let made: Result<RunFolder, RunFolderError> = match &args.out {
+        Some(path) => RunFolder::create_at(path, manifest),
+        None => RunFolder::create_in(Path::new(RUNS_DIR), started, manifest),
+    };
+    made.map_err(|error| usage(format!("{:#}", anyhow::Error::from(error))))
+}
+
+/// Writes the home folder whenever much has been learned, so that a crash leaves what was known.
+struct HomeKeeper {
+    dir: PathBuf,
+    name: String,
+    audience: Audience,
+}
+
+impl HomeKeeper {
+    fn keep(&self, aosm: &Aosm) {
+        if let Err(error) = home_folder::write(&self.dir, &self.name, aosm) {
+            self.audience.add_trouble(error.into());
+        }
+    }
 }
 
 /// Explores, then does one chore after the other; what is learned in one serves the next.
@@ -190,84 +208,110 @@ fn do_chores(
     executive: &mut Executive<'_>,
     chores: &[(String, ChoreGoal)],
     faults: &FaultSwitch,
-    console: &Console,
-) -> anyhow::Result<Vec<RunReport>> {
-    let stopped = || RunReport { reason: Some("stopped on request".to_owned()), ..RunReport::default() };
-    match executive.explore(&mut |_| false) {
-        Ok(()) => {}
-        Err(AgentError::Stopped) => return Ok(vec![stopped(); chores.len()]),
-        Err(error) => return Err(error.into()),
-    }
+    home: &HomeKeeper,
+    work: &mut Work,
+) -> Result<(), AgentError> {
+    let audience = &home.audience;
+    audience.set_goal("know the home");
+    audience.set_activity(wire::Activity::Exploring);
+    let explored = executive.explore(&mut |_| false);
+    work.explore_secs = audience.time_secs();
+    explored?;
+    home.keep(executive.aosm());
     // What goes wrong on request goes wrong after mapping.
     faults.arm();
-    let mut reports = Vec::new();
     for (name, goal) in chores {
-        console.say(format_args!("chore: {name}"));
-        match executive.do_chore(goal) {
-            Ok(report) => reports.push(report),
-            Err(AgentError::Stopped) => {
-                reports.resize(chores.len(), stopped());
-                break;
-            }
-            Err(error) => return Err(error.into()),
-        }
+        audience.set_goal(&name.replace('-', " "));
+        audience.set_activity(wire::Activity::Planning);
+        work.reports.push(executive.do_chore(goal)?);
     }
-    Ok(reports)
+    Ok(())
 }
 
-fn show_bodies(studio: &StudioHandle, sim: &SimRobot) {
-    let bodies = sim.visual_bodies();
-    let poses = sim.world_from_bodies();
-    for source in [wire::SceneSource::Home, wire::SceneSource::Robot] {
-        studio.publish(ServerMessage::Scene(scene_of(&bodies, &poses, source)));
-    }
-}
-
-fn document(done: &Done, known: &serde_json::Value, map_iou: f64, wall_secs: f64) -> serde_json::Value {
-    let report = &done.report;
-    json!({
-        "achieved": done.achieved,
-        "goal": done.goal,
-        "measured": done.measured,
-        "reason": report.reason,
-        "plan": report.plan.iter().map(|step| json!({"action": step.name, "args": step.args})).collect::<Vec<_>>(),
-        "executed": report.executed.iter().map(|step| json!({
-            "action": step.action, "args": step.args, "outcome": step.outcome,
-            "attempts": step.attempts, "sim_secs": rounded(step.robot_secs),
-        })).collect::<Vec<_>>(),
-        "replans": report.n_replans,
-        "aosm": known,
-        "map_iou": rounded(map_iou),
-        "wall_secs": rounded(wall_secs),
-        "sim_secs": rounded(report.robot_secs),
-        "peak_rss_mb": peak_rss_mb(),
+/// What physics says came of it. Chores that were not begun are not achieved by the robot, and say why.
+fn judge(
+    session: &Session<'_>,
+    args: &RunArgs,
+    chores: &[(String, ChoreGoal)],
+    work: &mut Work,
+    clock: Instant,
+    ended: &Ended,
+) -> anyhow::Result<RunResult> {
+    let why = |stop: &StopFlag| match &work.failed {
+        _ if stop.is_raised() => "stopped on request".to_owned(),
+        Some(error) => error.to_string(),
+        None => "not begun".to_owned(),
+    };
+    let unfinished = RunReport {
+        reason: Some(why(&session.stop)),
+        ..RunReport::default()
+    };
+    work.reports.resize(chores.len(), unfinished);
+    let judge = session.sim.judge();
+    let results = chores
+        .iter()
+        .zip(work.reports.drain(..))
+        .map(|((name, _), report)| {
+            let verdict = judge.achieved(name)?;
+            Ok(ChoreResult {
+                goal: name.clone(),
+                report,
+                achieved: verdict.achieved,
+                measured: verdict.measured,
+            })
+        })
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let truth = session.sim.true_grid(MAP_RESOLUTION_M)?;
+    let overlap = map_overlap(
+        &ended.aosm.grid,
+        &truth,
+        &session.world_from_map(),
+        2.0 * MAP_RESOLUTION_M,
+    );
+    Ok(RunResult {
+        is_single: args.goal.is_some(),
+        chores: results,
+        known: Known {
+            classes: ended.aosm.classes.len(),
+            objects: ended.aosm.objects.len(),
+            nodes: ended.n_nodes,
+            edges: ended.n_edges,
+        },
+        map_iou: overlap.free_iou,
+        explore_secs: work.explore_secs,
+        sim_secs: session.audience.time_secs(),
+        wall_secs: clock.elapsed().as_secs_f64(),
+        peak_rss_mb: peak_rss_mb(),
+        fault: session.sim.fault_happened().map(str::to_owned),
     })
 }
 
-fn rounded(secs: f64) -> f64 {
-    (secs * 100.0).round() / 100.0
-}
-
-fn text(done: &[Done], wall_secs: f64) -> String {
-    let mut lines: Vec<String> = Vec::new();
-    for chore in done {
-        let mark = if chore.achieved { "achieved" } else { "NOT achieved" };
-        lines.push(format!("{:<20} {mark}: {}", chore.goal, chore.measured));
-        if let Some(reason) = &chore.report.reason {
-            lines.push(format!("  {reason}"));
-        }
-        for step in &chore.report.executed {
-            lines.push(format!("  {:<10} {:<28} {:6.1} s  {}", step.action, step.args.join(" "), step.robot_secs, step.outcome));
-        }
+/// Writes the report, the result and the end of the manifest; what cannot be written is a trouble of the audience.
+fn keep_result(
+    folder: &mut RunFolder,
+    result: &RunResult,
+    audience: &Audience,
+    args: &RunArgs,
+    exit_code: u8,
+) {
+    let report = result.report(
+        audience.told(),
+        folder.manifest(),
+        args.world.robot.as_path(),
+    );
+    let written = [
+        folder
+            .write_json(RESULT_NAME, &result.document())
+            .map_err(anyhow::Error::from),
+        report
+            .to_html()
+            .map_err(anyhow::Error::from)
+            .and_then(|html| Ok(folder.write(REPORT_NAME, html.as_bytes())?)),
+        folder
+            .finish(UtcTime::from(SystemTime::now()), exit_code)
+            .map_err(anyhow::Error::from),
+    ];
+    for error in written.into_iter().filter_map(Result::err) {
+        audience.add_trouble(error);
     }
-    lines.push(format!("{wall_secs:.1} s"));
-    lines.join("\n")
-}
-
-/// The most memory the process has held, in MB, where the system tells.
-fn peak_rss_mb() -> Option<f64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
-    let kib: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some((kib / 102.4).round() / 10.0)
 }

@@ -1,26 +1,40 @@
-//! Between the run and whoever watches: the page gets poses, map and plan; its pause and stop, and Ctrl-C, get back.
+//! Between the run and whoever follows it: poses, map and plan go out; pause and stop, and Ctrl-C, come back.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use factotum_agent::{Event, LogLevel, Observer, StepKind, StepState, Wish};
-use factotum_geometry::Pose;
-use factotum_geometry::frames::xyzw_from_quat;
-use factotum_physics::GeomShape;
+use factotum_agent::{Event, LogLevel, Observer, StepState, StepView, Wish};
+use factotum_control::{Command, MotionId, MotionStatus, Robot, RobotError, RobotState, Stamped};
+use factotum_descriptions::RobotDescription;
+use factotum_geometry::Pose2;
+use factotum_geometry::sensing::{DepthFrame, LaserScan};
 use factotum_protocol as wire;
 use factotum_protocol::ServerMessage;
-use factotum_semantic_map::{Aosm, Location, ObjectSource, TopologicalGraph};
-use factotum_studio::StudioHandle;
-use factotum_worlds::{BodyGroup, SimRobot, VisualBody, WorldView};
+use factotum_worlds::{SimRobot, WorldView};
 
+use crate::audience::Audience;
+use crate::belief::BeliefScene;
 use crate::console::Console;
+use crate::wire_view::{aosm_of, map_of, plan_of, planar, pose_of};
 
 /// A wish to stop, from the page or from Ctrl-C.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct StopFlag(Arc<AtomicBool>);
 
 impl StopFlag {
+    /// Raised by the first Ctrl-C; the second ends the program at once, with exit code 130.
+    pub(crate) fn on_interrupt() -> anyhow::Result<Self> {
+        let flag = Self::default();
+        let raised = flag.clone();
+        ctrlc::set_handler(move || {
+            if raised.0.swap(true, Ordering::SeqCst) {
+                std::process::exit(130);
+            }
+        })?;
+        Ok(flag)
+    }
+
     pub(crate) fn raise(&self) {
         self.0.store(true, Ordering::SeqCst);
     }
@@ -28,30 +42,40 @@ impl StopFlag {
     pub(crate) fn is_raised(&self) -> bool {
         self.0.load(Ordering::SeqCst)
     }
+
+    /// The flag as such, for who knows nothing of this type.
+    pub(crate) fn as_atomic(&self) -> &AtomicBool {
+        &self.0
+    }
 }
 
 /// How often the page gets new poses, in robot seconds.
 pub(crate) const FRAME_SECS: f64 = 1.0 / 30.0;
 
-/// Tells the page where everything is and keeps pace with the clock.
+/// Tells where everything is and keeps pace with the clock.
 pub(crate) struct Pacer {
-    studio: Option<Arc<StudioHandle>>,
+    audience: Audience,
     stop: StopFlag,
     names: Vec<String>,
     joints: Vec<String>,
+    world_from_odom: Pose2,
     /// Robot seconds per second; 0 for as fast as possible.
     speed: f64,
     before: Option<(Instant, f64)>,
 }
 
 impl Pacer {
-    pub(crate) fn new(studio: Option<Arc<StudioHandle>>, stop: StopFlag, robot: &SimRobot, speed: f64) -> Self {
-        use factotum_control::Robot as _;
+    pub(crate) fn new(audience: Audience, stop: StopFlag, robot: &SimRobot, speed: f64) -> Self {
         Self {
-            studio,
+            audience,
             stop,
-            names: robot.visual_bodies().iter().map(|body| body.name.clone()).collect(),
+            names: robot
+                .visual_bodies()
+                .iter()
+                .map(|body| body.name.clone())
+                .collect(),
             joints: robot.description().arm.joints.clone(),
+            world_from_odom: robot.world_from_odom_start(),
             speed,
             before: None,
         }
@@ -60,16 +84,20 @@ impl Pacer {
     /// Called by the simulation between steps; returning late slows it down, which is how a pause works.
     pub(crate) fn frame(&mut self, view: &WorldView<'_>) {
         self.keep_pace(view.time_secs);
-        let Some(studio) = self.studio.clone() else { return };
         let sim_speed = self.measured_speed(view.time_secs);
-        studio.publish(ServerMessage::State(self.state_of(view, sim_speed)));
-        let commands = studio.commands();
+        self.audience
+            .tell(ServerMessage::State(self.state_of(view, sim_speed)));
+        let Some(commands) = self.audience.studio().map(|studio| studio.commands()) else {
+            return;
+        };
         while let Some(command) = commands.try_next() {
             match command {
                 wire::ClientMessage::Stop => self.stop.raise(),
                 wire::ClientMessage::Resume => {}
                 wire::ClientMessage::Pause => {
-                    studio.publish(ServerMessage::State(self.state_of(view, 0.0)));
+                    self.audience.set_paused(true);
+                    self.audience
+                        .tell(ServerMessage::State(self.state_of(view, 0.0)));
                     while !self.stop.is_raised() {
                         match commands.next_within(Duration::from_millis(200)) {
                             Some(wire::ClientMessage::Resume) => break,
@@ -77,6 +105,7 @@ impl Pacer {
                             Some(wire::ClientMessage::Pause) | None => {}
                         }
                     }
+                    self.audience.set_paused(false);
                     self.before = None;
                 }
             }
@@ -102,41 +131,120 @@ impl Pacer {
     }
 
     fn state_of(&self, view: &WorldView<'_>, sim_speed: f64) -> wire::State {
-        let odom = view.state.odom_from_base;
+        let body = |(name, pose): (&String, _)| wire::BodyPose {
+            name: name.clone(),
+            pose: pose_of(pose),
+        };
+        let joint = |(name, position): (&String, &f64)| wire::JointPosition {
+            name: name.clone(),
+            position: *position,
+        };
         wire::State {
             time_secs: view.time_secs,
             sim_speed,
-            base: planar(&odom),
+            base: planar(&(self.world_from_odom * view.state.odom_from_base)),
             body_poses: self
                 .names
                 .iter()
                 .zip(view.world_from_body)
-                .map(|(name, pose)| wire::BodyPose { name: name.clone(), pose: pose_of(pose) })
+                .map(body)
                 .collect(),
             joints: self
                 .joints
                 .iter()
                 .zip(&view.state.arm_positions)
-                .map(|(name, position)| wire::JointPosition { name: name.clone(), position: *position })
+                .map(joint)
                 .collect(),
         }
     }
 }
 
-/// Tells the page and the terminal what the executive does.
+/// The simulated robot, overheard: base paths and scans are told on their way. When a stop is wished it halts, and
+/// answers no more, so that a stop need not wait for the end of a motion.
+pub(crate) struct Overheard<'a> {
+    pub(crate) sim: &'a mut SimRobot,
+    pub(crate) audience: Audience,
+    pub(crate) stop: StopFlag,
+}
+
+impl Robot for Overheard<'_> {
+    fn description(&self) -> &RobotDescription {
+        self.sim.description()
+    }
+
+    fn state(&mut self) -> Result<RobotState, RobotError> {
+        self.sim.state()
+    }
+
+    fn send(&mut self, command: Command) -> Result<MotionId, RobotError> {
+        let points = match &command {
+            Command::BasePath(path) => {
+                // Odometry drifts; the path is drawn where the robot will really drive.
+                let world_from_odom =
+                    self.sim.world_from_base() * self.sim.state()?.odom_from_base.inverse();
+                let point = |pose: &Pose2| (world_from_odom * pose).translation.vector.into();
+                Some(path.odom_from_base.iter().map(point).collect())
+            }
+            _ => None,
+        };
+        let id = self.sim.send(command)?;
+        if let Some(points) = points {
+            self.audience
+                .tell(ServerMessage::BasePath(wire::BasePath { points }));
+        }
+        Ok(id)
+    }
+
+    fn progress(&mut self, id: MotionId) -> Result<MotionStatus, RobotError> {
+        self.sim.progress(id)
+    }
+
+    fn scan(&mut self) -> Result<Stamped<LaserScan>, RobotError> {
+        let scan = self.sim.scan()?;
+        self.audience.tell_scan(scan.time_secs, &scan.data);
+        Ok(scan)
+    }
+
+    fn look(&mut self) -> Result<Stamped<DepthFrame>, RobotError> {
+        self.sim.look()
+    }
+
+    fn wait(&mut self, secs: f64) -> Result<(), RobotError> {
+        self.sim.wait(secs)?;
+        if self.stop.is_raised() {
+            self.sim.stop()?;
+            let robot = self.sim.description().name.clone();
+            return Err(RobotError::Lost {
+                robot,
+                reason: "stopped on request".to_owned(),
+            });
+        }
+        Ok(())
+    }
+
+    fn stop(&mut self) -> Result<(), RobotError> {
+        self.sim.stop()
+    }
+}
+
+/// Tells the followers and the terminal what the executive does.
 pub(crate) struct Reporter<'a> {
-    pub(crate) studio: Option<Arc<StudioHandle>>,
+    pub(crate) audience: Audience,
     pub(crate) stop: StopFlag,
     pub(crate) console: &'a Console,
-    /// World in map: where the page must draw what is believed.
-    pub(crate) world_from_map: factotum_geometry::Pose2,
-    pub(crate) n_plans: u32,
+    /// World in map: where what is believed must be drawn.
+    pub(crate) world_from_map: Pose2,
+    pub(crate) belief: BeliefScene,
 }
 
 impl Observer for Reporter<'_> {
     fn observe(&mut self, event: &Event<'_>) -> Wish {
         match event {
-            Event::Log { time_secs, level, text } => {
+            Event::Log {
+                time_secs,
+                level,
+                text,
+            } => {
                 self.console.progress(text.clone());
                 self.console.say(format_args!("[{time_secs:7.1} s] {text}"));
                 let level = match level {
@@ -144,180 +252,54 @@ impl Observer for Reporter<'_> {
                     LogLevel::Warning => wire::EventLevel::Warning,
                     LogLevel::Error => wire::EventLevel::Error,
                 };
-                self.publish(|| {
-                    ServerMessage::Event(wire::Event { level, text: text.clone(), time_secs: *time_secs })
-                });
+                let event = wire::Event {
+                    level,
+                    text: text.clone(),
+                    time_secs: *time_secs,
+                };
+                self.audience.tell(ServerMessage::Event(event));
             }
             Event::Map { aosm, graph, .. } => {
-                self.publish(|| ServerMessage::Aosm(aosm_of(aosm, graph, &self.world_from_map)));
-                if let Some(studio) = &self.studio
-                    && let Ok(map) = map_of(aosm, &self.world_from_map)
-                {
-                    studio.publish(ServerMessage::Map(map));
+                self.audience.tell(ServerMessage::Aosm(aosm_of(
+                    aosm,
+                    graph,
+                    &self.world_from_map,
+                )));
+                self.audience.tell(ServerMessage::Scene(
+                    self.belief.scene(aosm, &self.world_from_map),
+                ));
+                match map_of(aosm, &self.world_from_map) {
+                    Ok(map) => self.audience.tell(ServerMessage::Map(map)),
+                    Err(error) => tracing::warn!(%error, "map not shown"),
                 }
             }
-            Event::Plan { steps } => {
-                let replans = self.n_plans;
-                self.publish(|| ServerMessage::Plan(plan_of(steps, replans)));
-            }
+            Event::Plan { steps } => self.hear_plan(steps),
         }
-        if self.stop.is_raised() { Wish::Stop } else { Wish::GoOn }
+        if self.stop.is_raised() {
+            Wish::Stop
+        } else {
+            Wish::GoOn
+        }
     }
 }
 
 impl Reporter<'_> {
-    fn publish(&self, message: impl FnOnce() -> ServerMessage) {
-        if let Some(studio) = &self.studio {
-            studio.publish(message());
+    /// A plan none of whose steps was tried is a new one; one that failed and has nothing left to do will be replaced.
+    fn hear_plan(&mut self, steps: &[StepView]) {
+        let has = |state| steps.iter().any(|step| step.state == state);
+        if steps.iter().all(|step| step.state == StepState::Pending) {
+            self.audience.count_plan();
         }
+        let is_given_up =
+            has(StepState::Failed) && !has(StepState::Running) && !has(StepState::Pending);
+        self.audience.set_activity(if is_given_up {
+            wire::Activity::Planning
+        } else {
+            wire::Activity::Acting
+        });
+        self.audience.tell(ServerMessage::Plan(plan_of(
+            steps,
+            self.audience.n_replans(),
+        )));
     }
-}
-
-fn plan_of(steps: &[factotum_agent::StepView], replans: u32) -> wire::Plan {
-    let step = |(index, step): (usize, &factotum_agent::StepView)| wire::PlanStep {
-        index: index as u32,
-        kind: match step.kind {
-            StepKind::Navigate => wire::StepKind::Navigate,
-            StepKind::Manipulate => wire::StepKind::Manipulate,
-        },
-        action: step.action.clone(),
-        args: step.args.clone(),
-        state: match step.state {
-            StepState::Pending => wire::StepState::Pending,
-            StepState::Running => wire::StepState::Running,
-            StepState::Done => wire::StepState::Done,
-            StepState::Failed => wire::StepState::Failed,
-            StepState::Skipped => wire::StepState::Skipped,
-        },
-        attempts: step.attempts as u32,
-        reason: step.reason.clone().unwrap_or_default(),
-    };
-    wire::Plan { replans, steps: steps.iter().enumerate().map(step).collect() }
-}
-
-fn map_of(aosm: &Aosm, world_from_map: &factotum_geometry::Pose2) -> Result<wire::OccupancyMap, wire::MapError> {
-    let grid = &aosm.grid;
-    let cells: Vec<i8> = grid.cells().iter().map(|cell| cell.to_ros()).collect();
-    wire::OccupancyMap::from_cells(
-        grid.width() as u32,
-        grid.height() as u32,
-        grid.resolution_m(),
-        planar(&(world_from_map * grid.world_from_grid())),
-        &cells,
-    )
-}
-
-fn aosm_of(aosm: &Aosm, graph: &TopologicalGraph, world_from_map: &factotum_geometry::Pose2) -> wire::Aosm {
-    let lift = factotum_geometry::frames::pose_from_planar(world_from_map, 0.0);
-    let name = |index: usize| graph.nodes[index].option.to_string();
-    wire::Aosm {
-        classes: aosm
-            .classes
-            .values()
-            .map(|class| wire::ObjectClass {
-                name: class.name.clone(),
-                actions: class.actions.iter().map(|action| action.name.clone()).collect(),
-                provenance: wire::Provenance::Given,
-            })
-            .collect(),
-        objects: aosm
-            .objects
-            .values()
-            .map(|object| wire::AosmObject {
-                name: object.name.clone(),
-                class: object.class.clone(),
-                pose: pose_of(&(lift * object.map_from_object)),
-                state: match (&object.location, object.source) {
-                    (Location::Held, _) => "held".to_owned(),
-                    (Location::In(container), _) => format!("in {container}"),
-                    (Location::Loose, ObjectSource::Given | ObjectSource::Seen | ObjectSource::Taught) => {
-                        aosm.states_of(object).join(", ")
-                    }
-                },
-            })
-            .collect(),
-        regions: graph
-            .nodes
-            .iter()
-            .enumerate()
-            .map(|(index, node)| wire::NavigationRegion {
-                name: name(index),
-                option: node.option.name.clone(),
-                object: node.option.args.first().cloned().unwrap_or_default(),
-                colour_index: index as u32,
-                poses: node
-                    .map_from_base
-                    .iter()
-                    .map(|pose| {
-                        let at = planar(&(world_from_map * pose));
-                        [at.x, at.y, at.yaw]
-                    })
-                    .collect(),
-            })
-            .collect(),
-        edges: graph
-            .edges
-            .iter()
-            .map(|edge| wire::AosmEdge {
-                from: name(edge.nodes[0]),
-                to: name(edge.nodes[1]),
-                length_m: edge.length_m,
-            })
-            .collect(),
-    }
-}
-
-/// The bodies of a group as a scene of the page.
-pub(crate) fn scene_of(bodies: &[VisualBody], poses: &[Pose], source: wire::SceneSource) -> wire::Scene {
-    let is_robot = source == wire::SceneSource::Robot;
-    wire::Scene {
-        source,
-        bodies: bodies
-            .iter()
-            .zip(poses)
-            .filter(|(body, _)| (body.group == BodyGroup::Robot) == is_robot)
-            .map(|(body, pose)| wire::Body {
-                name: body.name.clone(),
-                pose: pose_of(pose),
-                shapes: body
-                    .shapes
-                    .iter()
-                    .filter_map(|shape| {
-                        Some(wire::Shape {
-                            geometry: geometry_of(&shape.shape)?,
-                            pose: pose_of(&shape.body_from_shape),
-                            rgba: shape.rgba,
-                        })
-                    })
-                    .collect(),
-            })
-            .collect(),
-    }
-}
-
-fn geometry_of(shape: &GeomShape) -> Option<wire::Geometry> {
-    Some(match shape {
-        GeomShape::Box { half } => wire::Geometry::Box { half_extents_m: *half },
-        GeomShape::Sphere { r } => wire::Geometry::Sphere { radius_m: *r },
-        GeomShape::Capsule { r, half } => wire::Geometry::Capsule { radius_m: *r, half_length_m: *half },
-        GeomShape::Cylinder { r, half } => wire::Geometry::Cylinder { radius_m: *r, half_length_m: *half },
-        GeomShape::Ellipsoid { radii } => wire::Geometry::Ellipsoid { radii_m: *radii },
-        GeomShape::Plane => wire::Geometry::Plane { half_extents_m: [0.0, 0.0] },
-        GeomShape::Mesh { vertices, faces } => wire::Geometry::Mesh {
-            vertices: vertices.iter().flatten().copied().collect(),
-            triangles: faces.iter().flatten().copied().collect(),
-        },
-        GeomShape::HeightField => return None,
-    })
-}
-
-fn pose_of(pose: &Pose) -> wire::Pose {
-    wire::Pose {
-        position: pose.translation.vector.into(),
-        orientation_xyzw: xyzw_from_quat(&pose.rotation),
-    }
-}
-
-fn planar(pose: &factotum_geometry::Pose2) -> wire::PosePlanar {
-    wire::PosePlanar { x: pose.translation.x, y: pose.translation.y, yaw: pose.rotation.angle() }
 }

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `manifest.json` | what was run, when, with which seed, and how it ended |
 //! | `report.html` | the [report](crate::report) |
-//! | `run.mcap` | the [recording](crate::recording) |
+//! | `recording.mcap` | the [recording](crate::recording) |
 //!
 //! Whoever runs adds its own files with [`RunFolder::write`] and [`RunFolder::append_line`].
 
@@ -23,7 +23,7 @@ pub const MANIFEST_NAME: &str = "manifest.json";
 /// Name of the report in a run folder.
 pub const REPORT_NAME: &str = "report.html";
 /// Name of the recording in a run folder.
-pub const RECORDING_NAME: &str = "run.mcap";
+pub const RECORDING_NAME: &str = "recording.mcap";
 
 /// A run folder that could not be made or opened.
 #[derive(Debug, Error)]
