@@ -10,8 +10,8 @@ use factotum_geometry::grid::OccupancyGrid;
 use factotum_geometry::grid::map_server::StoredMap;
 
 use crate::home_folder::{
-    self, CLOUD, Documents, ObjectEntry, class_documents, cloud_document, entry_of, home_document,
-    map_documents, object_document, stored_map,
+    CLOUD, Documents, HOME, ObjectEntry, class_documents, class_folder, cloud_document, entry_of,
+    home_document, map_documents, object_document, object_documents, stored_map,
 };
 use crate::{Aosm, Location, MapError, MapObject};
 
@@ -119,18 +119,12 @@ impl Edit {
 
     /// What the edit does to the documents of `home`. Whether the result makes sense is checked where it is assembled.
     pub(crate) fn changes(&self, home: &HomeView<'_>) -> Result<DocumentChanges, MapError> {
-        let put = |documents: Documents| -> DocumentChanges {
-            documents
-                .into_iter()
-                .map(|(name, bytes)| (name, Some(bytes)))
-                .collect()
-        };
         match self {
             Self::AddObject(object) => {
                 if home.aosm.objects.contains_key(&object.name) {
                     return Err(home.name_taken(&object.name));
                 }
-                home.put_entry(&entry_of(object))
+                Ok(put(object_documents(&entry_of(object))?))
             }
             Self::RemoveObject { name } => {
                 home.aosm.object(name)?;
@@ -159,16 +153,13 @@ impl Edit {
                 home.aosm.class(name)?;
                 Ok(home.without_class(name))
             }
-            Self::SetMap(grid) => home.map_changes(grid),
+            Self::SetMap(grid) => Ok(put(home.map(grid)?)),
             Self::SetCloud(cloud) => {
                 let mut changes = DocumentChanges::from([(CLOUD.to_owned(), None)]);
                 changes.extend(put(cloud_document(cloud)));
                 Ok(changes)
             }
-            Self::SetAll(aosm) => Ok(difference(
-                home.documents,
-                &home_folder::of_aosm(home.name, aosm)?,
-            )),
+            Self::SetAll(aosm) => home.all_changes(aosm),
             Self::SetHomeName(name) => Ok(put(home_document(name)?)),
         }
     }
@@ -178,7 +169,6 @@ impl Edit {
 #[derive(Debug)]
 pub(crate) struct HomeView<'a> {
     pub(crate) dir: &'a Path,
-    pub(crate) name: &'a str,
     pub(crate) aosm: &'a Aosm,
     pub(crate) documents: &'a Documents,
 }
@@ -204,14 +194,6 @@ impl HomeView<'_> {
         )?)
     }
 
-    fn put_entry(&self, entry: &ObjectEntry) -> Result<DocumentChanges, MapError> {
-        let bytes = home_folder::toml_bytes(&self.dir.join("objects.toml"), entry)?;
-        Ok(DocumentChanges::from([(
-            object_document(&entry.name),
-            Some(bytes),
-        )]))
-    }
-
     fn change_entry(
         &self,
         object: &str,
@@ -219,7 +201,7 @@ impl HomeView<'_> {
     ) -> Result<DocumentChanges, MapError> {
         let mut entry = self.entry(object)?;
         change(&mut entry);
-        self.put_entry(&entry)
+        Ok(put(object_documents(&entry)?))
     }
 
     fn rename(&self, name: &str, to: &str) -> Result<DocumentChanges, MapError> {
@@ -228,7 +210,7 @@ impl HomeView<'_> {
         }
         let mut entry = self.entry(name)?;
         to.clone_into(&mut entry.name);
-        let mut changes = self.put_entry(&entry)?;
+        let mut changes = put(object_documents(&entry)?);
         changes.insert(object_document(name), None);
         for inside in self
             .aosm
@@ -243,7 +225,7 @@ impl HomeView<'_> {
     }
 
     fn without_class(&self, class: &str) -> DocumentChanges {
-        let folder = format!("classes/{class}/");
+        let folder = class_folder(class);
         let of_class = self
             .documents
             .keys()
@@ -251,15 +233,54 @@ impl HomeView<'_> {
         of_class.map(|name| (name.clone(), None)).collect()
     }
 
-    fn map_changes(&self, grid: &OccupancyGrid) -> Result<DocumentChanges, MapError> {
+    /// The documents of a grid, as near to the stored map as can be.
+    fn map(&self, grid: &OccupancyGrid) -> Result<Documents, MapError> {
         let mut map = stored_map(self.dir, self.documents)?;
         if map.update(grid).is_err() {
             // Another size: nothing of the old pixels can be kept.
             map = StoredMap::from_grid(grid, map.metadata.image);
         }
-        Ok(map_documents(&map)
-            .into_iter()
-            .map(|(name, bytes)| (name, Some(bytes)))
-            .collect())
+        Ok(map_documents(&map))
     }
+
+    /// What makes the home hold `aosm`. What is the same in both keeps its digits and a person's comments.
+    fn all_changes(&self, aosm: &Aosm) -> Result<DocumentChanges, MapError> {
+        let mut after = self.kept(|document| document == HOME);
+        after.extend(self.map(&aosm.grid)?);
+        after.extend(cloud_document(&aosm.cloud));
+        for class in aosm.classes.values() {
+            let is_same = self.aosm.classes.get(&class.name) == Some(class);
+            let folder = class_folder(&class.name);
+            after.extend(if is_same {
+                self.kept(|document| document.starts_with(&folder))
+            } else {
+                class_documents(class)?
+            });
+        }
+        for object in aosm.objects.values() {
+            let is_same = self.aosm.objects.get(&object.name) == Some(object);
+            let document = object_document(&object.name);
+            after.extend(if is_same {
+                self.kept(|kept| kept == document)
+            } else {
+                object_documents(&entry_of(object))?
+            });
+        }
+        Ok(difference(self.documents, &after))
+    }
+
+    /// The documents of the home for which `is_kept` holds.
+    fn kept(&self, is_kept: impl Fn(&str) -> bool) -> Documents {
+        let kept = self.documents.iter().filter(|(name, _)| is_kept(name));
+        kept.map(|(name, bytes)| (name.clone(), bytes.clone()))
+            .collect()
+    }
+}
+
+/// The changes that put documents where others or none were.
+fn put(documents: Documents) -> DocumentChanges {
+    documents
+        .into_iter()
+        .map(|(name, bytes)| (name, Some(bytes)))
+        .collect()
 }

@@ -27,10 +27,20 @@ pub struct Home {
     aosm: Aosm,
     documents: Documents,
     journal: Journal,
+    /// The text files as they should be.
+    wanted: BTreeMap<String, WantedFile>,
+    /// The text files as they are.
     files: BTreeMap<String, KnownFile>,
     /// What has become of the text files since the journal last heard of them.
     unconfirmed: FileDigests,
     unwritten: Option<MapError>,
+}
+
+/// A text file as the journal wants it. The digest is kept, for the map and the cloud are large and change seldom.
+#[derive(Debug, PartialEq)]
+struct WantedFile {
+    bytes: Vec<u8>,
+    digest: [u8; 32],
 }
 
 /// A text file as it was last known to be.
@@ -101,6 +111,7 @@ impl Home {
             )
         };
         let files = journal.files()?.into_iter().map(known).collect();
+        let wanted = wanted_files(dir, &documents, &aosm, &BTreeMap::new())?;
         let (unconfirmed, unwritten) = (FileDigests::new(), None);
         Ok(Self {
             dir: dir.to_owned(),
@@ -108,6 +119,7 @@ impl Home {
             aosm,
             documents,
             journal,
+            wanted,
             files,
             unconfirmed,
             unwritten,
@@ -150,7 +162,6 @@ impl Home {
         self.take_in(when_secs)?;
         let view = HomeView {
             dir: &self.dir,
-            name: &self.name,
             aosm: &self.aosm,
             documents: &self.documents,
         };
@@ -286,8 +297,9 @@ impl Home {
             .any(|name| home_folder::is_map_or_cloud(name));
         let kept = is_kept.then(|| (self.aosm.grid.clone(), self.aosm.cloud.clone()));
         let (name, aosm) = home_folder::assemble(&self.dir, &documents, kept)?;
+        let wanted = wanted_files(&self.dir, &documents, &aosm, &self.wanted)?;
         let id = self.append(kind, author, when_secs, &changes)?;
-        (self.name, self.aosm, self.documents) = (name, aosm, documents);
+        (self.name, self.aosm, self.documents, self.wanted) = (name, aosm, documents, wanted);
         self.unwritten = self.write_files(&BTreeSet::new()).err();
         Ok(Some(id))
     }
@@ -327,8 +339,12 @@ impl Home {
 
     /// Text files that are neither what the journal says nor what was last written.
     fn files_changed_outside(&mut self) -> Result<BTreeSet<String>, MapError> {
-        let wanted = home_folder::render(&self.dir, &self.documents, &self.aosm)?;
-        let mut paths: BTreeSet<String> = wanted.keys().chain(self.files.keys()).cloned().collect();
+        let mut paths: BTreeSet<String> = self
+            .wanted
+            .keys()
+            .chain(self.files.keys())
+            .cloned()
+            .collect();
         paths.extend(home_folder::class_files(&self.dir)?);
         paths.insert(CLOUD.to_owned());
         let mut outside = BTreeSet::new();
@@ -344,10 +360,14 @@ impl Home {
                 continue;
             }
             let bytes = home_folder::read_file(&file)?;
-            let is_ours = wanted.get(&path) == Some(&bytes)
-                || known.is_some_and(|known| known.digest == home_folder::digest(&bytes));
+            let digest = home_folder::digest(&bytes);
+            let is_ours = self
+                .wanted
+                .get(&path)
+                .is_some_and(|wanted| wanted.digest == digest)
+                || known.is_some_and(|known| known.digest == digest);
             if is_ours || path == DOMAIN {
-                self.know(path, Some(&bytes));
+                self.know(path, Some(digest));
             } else {
                 outside.insert(path);
             }
@@ -357,23 +377,23 @@ impl Home {
 
     /// Brings the text files up to the journal, but for those that were changed `outside`.
     fn write_files(&mut self, outside: &BTreeSet<String>) -> Result<(), MapError> {
-        let wanted = home_folder::render(&self.dir, &self.documents, &self.aosm)?;
-        for (path, bytes) in &wanted {
-            let is_there = self
-                .files
-                .get(path)
-                .is_some_and(|known| known.digest == home_folder::digest(bytes));
-            if !is_there && !outside.contains(path) {
-                home_folder::replace(&self.dir.join(path), bytes)?;
-                self.know(path.clone(), Some(bytes));
+        let digest_of = |path: &String| self.files.get(path).map(|known| known.digest);
+        let is_lagging =
+            |(path, wanted): &(&String, &WantedFile)| digest_of(path) != Some(wanted.digest);
+        let lagging: Vec<String> = self
+            .wanted
+            .iter()
+            .filter(is_lagging)
+            .map(|(path, _)| path.clone())
+            .collect();
+        let is_gone = |path: &&String| !self.wanted.contains_key(*path);
+        let gone: Vec<String> = self.files.keys().filter(is_gone).cloned().collect();
+        for path in lagging {
+            if let Some(wanted) = self.wanted.get(&path).filter(|_| !outside.contains(&path)) {
+                home_folder::replace(&self.dir.join(&path), &wanted.bytes)?;
+                self.know(path, Some(wanted.digest));
             }
         }
-        let gone: Vec<String> = self
-            .files
-            .keys()
-            .filter(|path| !wanted.contains_key(*path))
-            .cloned()
-            .collect();
         for path in gone {
             if !outside.contains(&path) {
                 home_folder::remove(&self.dir, &path)?;
@@ -384,22 +404,34 @@ impl Home {
     }
 
     /// Remembers what a text file holds; nothing if it is gone.
-    fn know(&mut self, path: String, bytes: Option<&[u8]>) {
-        let Some(bytes) = bytes else {
-            if self.files.remove(&path).is_some() {
-                self.unconfirmed.insert(path, None);
+    fn know(&mut self, path: String, digest: Option<[u8; 32]>) {
+        let before = match digest {
+            Some(digest) => {
+                let stamp = home_folder::stamp(&self.dir.join(&path));
+                self.files.insert(path.clone(), KnownFile { digest, stamp })
             }
-            return;
+            None => self.files.remove(&path),
         };
-        let known = KnownFile {
-            digest: home_folder::digest(bytes),
-            stamp: home_folder::stamp(&self.dir.join(&path)),
-        };
-        let before = self.files.insert(path.clone(), known);
-        if before.is_none_or(|before| before.digest != known.digest) {
-            self.unconfirmed.insert(path, Some(known.digest));
+        if before.map(|known| known.digest) != digest {
+            self.unconfirmed.insert(path, digest);
         }
     }
+}
+
+/// The text files of a home. Digests of files that are the same `before` are taken from there.
+fn wanted_files(
+    dir: &Path,
+    documents: &Documents,
+    aosm: &Aosm,
+    before: &BTreeMap<String, WantedFile>,
+) -> Result<BTreeMap<String, WantedFile>, MapError> {
+    let files = home_folder::render(dir, documents, aosm)?.into_iter();
+    let wanted = files.map(|(path, bytes)| {
+        let same = before.get(&path).filter(|before| before.bytes == bytes);
+        let digest = same.map_or_else(|| home_folder::digest(&bytes), |same| same.digest);
+        (path, WantedFile { bytes, digest })
+    });
+    Ok(wanted.collect())
 }
 
 impl Drop for Home {

@@ -12,6 +12,7 @@ use factotum_task_planning::operator::Condition;
 use serde::{Deserialize, Serialize};
 
 use super::FORMAT;
+use super::files::folder_files;
 use super::objects_file::{ObjectEntry, entry_of};
 use crate::{Aosm, Location, MapError, MapObject};
 
@@ -47,13 +48,24 @@ pub(crate) fn is_map_or_cloud(document: &str) -> bool {
     document != HOME && !document.starts_with("objects/") && !document.starts_with(CLASSES)
 }
 
+/// The document of an object.
+pub(crate) fn object_documents(entry: &ObjectEntry) -> Result<Documents, MapError> {
+    let bytes = toml_bytes(Path::new(OBJECTS), entry)?;
+    Ok(Documents::from([(object_document(&entry.name), bytes)]))
+}
+
+/// What the names of a class's documents begin with.
+pub(crate) fn class_folder(class: &str) -> String {
+    format!("{CLASSES}/{class}/")
+}
+
 /// Name of the document of a file of a class.
 pub(super) fn class_document(class: &str, file: &str) -> String {
     format!("{CLASSES}/{class}/{file}")
 }
 
 /// `value` as the text of a document; `path` is named by the error.
-pub(crate) fn toml_bytes<T: Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, MapError> {
+pub(super) fn toml_bytes<T: Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, MapError> {
     let text = toml::to_string_pretty(value).map_err(|error| DescriptionError::Syntax {
         path: path.to_owned(),
         message: error.to_string(),
@@ -70,9 +82,7 @@ pub(crate) fn of_aosm(name: &str, aosm: &Aosm) -> Result<Documents, MapError> {
         documents.extend(class_documents(class)?);
     }
     for object in aosm.objects.values() {
-        let document = object_document(&object.name);
-        let bytes = toml_bytes(Path::new(OBJECTS), &entry_of(object))?;
-        documents.insert(document, bytes);
+        documents.extend(object_documents(&entry_of(object))?);
     }
     Ok(documents)
 }
@@ -107,24 +117,37 @@ pub(crate) fn cloud_document(cloud: &PointCloud) -> Documents {
         .collect()
 }
 
-/// The two documents of a class: `class.toml` and the model beside it.
+/// The documents of a class: `class.toml`, the model beside it and, where the class comes from a folder of its own,
+/// whatever else is in there (meshes, textures).
 pub(crate) fn class_documents(class: &ObjectClass) -> Result<Documents, MapError> {
-    let name = class.model.file_name().map_or_else(
-        || "model.xml".into(),
-        |name| name.to_string_lossy().into_owned(),
-    );
-    let model = super::read_file(&class.model)?;
+    let model = class
+        .model
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy();
+    let folder = class.model.parent().unwrap_or(Path::new(""));
+    let files = if folder.join("class.toml").is_file() {
+        folder_files(folder)?
+    } else {
+        vec![model.to_string()]
+    };
+    expect_plain(&class.model, "name", Path::new(&class.name))?;
+    let mut documents = Documents::new();
+    for file in files {
+        documents.insert(
+            class_document(&class.name, &file),
+            super::read_file(&folder.join(&file))?,
+        );
+    }
     let text = toml_bytes(
         Path::new("class.toml"),
         &ObjectClass {
-            model: (&name).into(),
+            model: model.as_ref().into(),
             ..class.clone()
         },
     )?;
-    Ok(Documents::from([
-        (class_document(&class.name, "class.toml"), text),
-        (class_document(&class.name, &name), model),
-    ]))
+    documents.insert(class_document(&class.name, "class.toml"), text);
+    Ok(documents)
 }
 
 /// The AOSM that documents make, and the home's name. `dir` is the folder they belong to: errors and models are named
@@ -194,7 +217,7 @@ pub(super) fn map_metadata(dir: &Path, documents: &Documents) -> Result<MapMetad
 }
 
 /// The file that `key` of the file `path` names must lie beside it.
-pub(super) fn expect_plain(path: &Path, key: &str, named: &Path) -> Result<(), MapError> {
+fn expect_plain(path: &Path, key: &str, named: &Path) -> Result<(), MapError> {
     let mut parts = named.components();
     if matches!(
         (parts.next(), parts.next()),
@@ -203,7 +226,7 @@ pub(super) fn expect_plain(path: &Path, key: &str, named: &Path) -> Result<(), M
         return Ok(());
     }
     let problem = format!(
-        "`{key}` is `{}`, expected the name of a file in the same folder",
+        "`{key}` is `{}`, expected a name without folders",
         named.display()
     );
     Err(MapError::Home {
@@ -233,24 +256,33 @@ fn cloud(dir: &Path, documents: &Documents) -> Result<PointCloud, MapError> {
 }
 
 fn classes(dir: &Path, documents: &Documents) -> Result<Vec<ObjectClass>, MapError> {
-    let names = documents
-        .keys()
-        .filter(|name| name.starts_with(CLASSES) && name.ends_with("/class.toml"));
-    names
-        .map(|name| {
-            let path = dir.join(name);
-            let class = ObjectClass::parse(text(dir, documents, name)?, &path)?;
-            let folder = name.split('/').nth(1).unwrap_or_default();
-            if class.name != folder {
-                let problem = format!(
-                    "`name` is `{}`, expected the folder's name, `{folder}`",
-                    class.name
-                );
-                return Err(MapError::Home { path, problem });
-            }
-            Ok(class)
-        })
-        .collect()
+    let mut classes = Vec::new();
+    for document in documents.keys() {
+        let [CLASSES, folder, "class.toml"] = document.split('/').collect::<Vec<_>>()[..] else {
+            continue;
+        };
+        let path = dir.join(document);
+        let class = ObjectClass::parse(text(dir, documents, document)?, &path)?;
+        if class.name != folder {
+            let problem = format!(
+                "`name` is `{}`, expected the folder's name, `{folder}`",
+                class.name
+            );
+            return Err(MapError::Home { path, problem });
+        }
+        let model = class
+            .model
+            .strip_prefix(dir.join(CLASSES).join(folder))
+            .unwrap_or(&class.model);
+        expect_plain(&path, "model", model)?;
+        bytes(
+            dir,
+            documents,
+            &class_document(folder, &model.to_string_lossy()),
+        )?;
+        classes.push(class);
+    }
+    Ok(classes)
 }
 
 fn objects(dir: &Path, documents: &Documents) -> Result<Vec<MapObject>, MapError> {

@@ -6,13 +6,13 @@ use std::io::Write as _;
 use std::path::Path;
 use std::time::SystemTime;
 
-use factotum_descriptions::{ObjectClass, parse_toml};
+use factotum_descriptions::parse_toml;
 use factotum_task_planning::pddl::write_domain;
 use sha2::{Digest as _, Sha256};
 
 use super::documents::{
-    CLASSES, CLOUD, Documents, HOME, MAP, OBJECTS, class_document, expect_plain, map_metadata,
-    object_document, toml_bytes,
+    CLASSES, CLOUD, Documents, HOME, MAP, OBJECTS, class_document, map_metadata, object_document,
+    toml_bytes,
 };
 use super::objects_file::ObjectsFile;
 use crate::{Aosm, MapError};
@@ -72,18 +72,7 @@ pub(crate) fn load(dir: &Path) -> Result<Documents, MapError> {
         documents.insert(CLOUD.to_owned(), read_file(&dir.join(CLOUD))?);
     }
     for name in class_files(dir)? {
-        let path = dir.join(&name);
-        let bytes = read_file(&path)?;
-        let class = ObjectClass::parse(&String::from_utf8_lossy(&bytes), &path)?;
-        let folder = path.parent().unwrap_or(dir);
-        let model = class.model.strip_prefix(folder).unwrap_or(&class.model);
-        expect_plain(&path, "model", model)?;
-        let folder = name.split('/').nth(1).unwrap_or_default().to_owned();
-        documents.insert(
-            class_document(&folder, &model.to_string_lossy()),
-            read_file(&class.model)?,
-        );
-        documents.insert(name, bytes);
+        documents.insert(name.clone(), read_file(&dir.join(&name))?);
     }
     let path = dir.join(OBJECTS);
     let text = read_file(&path)?;
@@ -104,10 +93,10 @@ pub(crate) fn load(dir: &Path) -> Result<Documents, MapError> {
     Ok(documents)
 }
 
-/// Documents of the `class.toml` files that are in the folder, in order.
+/// Documents of the files in the folders of the classes, in order. A folder is a class's if it has a `class.toml`.
 ///
 /// # Errors
-/// [`MapError::Io`] if the folder cannot be listed.
+/// [`MapError::Io`] if a folder cannot be listed.
 pub(crate) fn class_files(dir: &Path) -> Result<Vec<String>, MapError> {
     let classes = dir.join(CLASSES);
     if !classes.exists() {
@@ -117,14 +106,35 @@ pub(crate) fn class_files(dir: &Path) -> Result<Vec<String>, MapError> {
     for entry in std::fs::read_dir(&classes).map_err(io("read", &classes))? {
         let entry = entry.map_err(io("read", &classes))?;
         if entry.path().join("class.toml").is_file() {
-            names.push(class_document(
-                &entry.file_name().to_string_lossy(),
-                "class.toml",
-            ));
+            let class = entry.file_name().to_string_lossy().into_owned();
+            let files = folder_files(&entry.path())?;
+            names.extend(files.iter().map(|file| class_document(&class, file)));
         }
     }
     names.sort();
     Ok(names)
+}
+
+/// The files under a folder, by their path in it with `/` between the parts; hidden ones and links are left out.
+///
+/// # Errors
+/// [`MapError::Io`] if a folder cannot be listed.
+pub(super) fn folder_files(dir: &Path) -> Result<Vec<String>, MapError> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(dir).map_err(io("read", dir))? {
+        let entry = entry.map_err(io("read", dir))?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let kind = entry.file_type().map_err(io("read", &entry.path()))?;
+        if name.starts_with('.') {
+            continue;
+        } else if kind.is_dir() {
+            let inner = folder_files(&entry.path())?;
+            files.extend(inner.iter().map(|file| format!("{name}/{file}")));
+        } else if kind.is_file() {
+            files.push(name);
+        }
+    }
+    Ok(files)
 }
 
 /// The bytes of a file.
@@ -181,7 +191,7 @@ pub(crate) fn rename(part: &Path, path: &Path) -> Result<(), MapError> {
         .map_err(io("write", path))
 }
 
-/// Removes a file of the folder, if it is there, and the class's folder it was in, if that is empty then.
+/// Removes a file of the folder, if it is there, and the folders inside it that are empty then.
 ///
 /// # Errors
 /// [`MapError::Io`] naming the file.
@@ -192,9 +202,11 @@ pub(crate) fn remove(dir: &Path, file: &str) -> Result<(), MapError> {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
         Err(error) => return Err(io("remove", &path)(error)),
     }
-    if let Some((folder, _)) = file.rsplit_once('/') {
+    let mut file = file;
+    while let Some((folder, _)) = file.rsplit_once('/') {
         // A folder that still holds something is not empty, and stays.
         std::fs::remove_dir(dir.join(folder)).ok();
+        file = folder;
     }
     Ok(())
 }

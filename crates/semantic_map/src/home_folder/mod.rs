@@ -23,8 +23,8 @@ use std::path::Path;
 use crate::{Aosm, MapError};
 
 pub(crate) use documents::{
-    CLOUD, Documents, HOME, assemble, class_documents, cloud_document, home_document,
-    is_map_or_cloud, map_documents, object_document, of_aosm, stored_map, toml_bytes,
+    CLOUD, Documents, HOME, assemble, class_documents, class_folder, cloud_document, home_document,
+    is_map_or_cloud, map_documents, object_document, object_documents, of_aosm, stored_map,
 };
 pub(crate) use files::{
     DOMAIN, class_files, digest, load, make, read_file, remove, rename, render, replace, stamp,

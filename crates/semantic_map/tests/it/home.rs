@@ -692,3 +692,75 @@ fn an_edit_of_the_map_keeps_the_pixels_that_still_say_the_same() {
     home.undo("ada", 3.0).unwrap();
     assert_eq!(std::fs::read(&path).unwrap(), pixels);
 }
+
+#[test]
+fn a_text_file_that_cannot_be_written_is_written_later() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut home = new_home(dir.path());
+    let in_the_way = dir.path().join(".objects.toml.part");
+    std::fs::create_dir(&in_the_way).unwrap();
+    home.edit(&move_bottle(5.0), "ada", 1.0).unwrap();
+    let unwritten = home.unwritten().unwrap().to_string();
+    assert!(unwritten.contains("objects.toml"), "{unwritten}");
+    drop(home);
+    // The folder lags behind, the home does not.
+    assert_eq!(bottle_x(&home_folder::read(dir.path()).unwrap().1), 1.0);
+    let home = Home::open(dir.path(), 2.0).unwrap();
+    assert_eq!(bottle_x(home.aosm()), 5.0);
+    assert!(home.unwritten().is_some());
+    drop(home);
+    std::fs::remove_dir(&in_the_way).unwrap();
+    let home = Home::open(dir.path(), 3.0).unwrap();
+    assert!(home.unwritten().is_none());
+    assert_eq!(bottle_x(&home_folder::read(dir.path()).unwrap().1), 5.0);
+    assert_eq!(home.history(9).unwrap().len(), 2);
+}
+
+#[test]
+fn a_class_comes_with_all_the_files_of_its_folder() {
+    let (dir, shelf) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let folder = shelf.path().join("drawer");
+    std::fs::create_dir_all(folder.join("meshes")).unwrap();
+    for file in ["class.toml", "model.xml"] {
+        std::fs::copy(objects_dir().join("drawer").join(file), folder.join(file)).unwrap();
+    }
+    std::fs::write(folder.join("meshes/front.stl"), b"solid").unwrap();
+    let mut home = new_home(dir.path());
+    let class = ObjectClass::load(&folder).unwrap();
+    home.edit(&Edit::PutClass(Box::new(class)), "ada", 1.0)
+        .unwrap();
+    let mesh = dir.path().join("classes/drawer/meshes/front.stl");
+    assert_eq!(std::fs::read(&mesh).unwrap(), b"solid");
+    drop(home);
+    std::fs::write(&mesh, b"other").unwrap();
+    let mut home = Home::open(dir.path(), 2.0).unwrap();
+    home.undo("ada", 3.0).unwrap();
+    assert_eq!(std::fs::read(&mesh).unwrap(), b"solid");
+    home.undo("ada", 4.0).unwrap();
+    assert!(!dir.path().join("classes/drawer").exists());
+}
+
+#[test]
+fn replacing_everything_changes_only_what_differs() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut home = new_home(dir.path());
+    let mut aosm = home.aosm().clone();
+    assert_eq!(
+        home.edit(&Edit::SetAll(Box::new(aosm.clone())), "robot", 1.0)
+            .unwrap(),
+        None
+    );
+    aosm.object_mut("bin_1").unwrap().position_std_m = 0.5;
+    let entry = home
+        .edit(&Edit::SetAll(Box::new(aosm.clone())), "robot", 2.0)
+        .unwrap()
+        .unwrap();
+    let changed: Vec<String> = home
+        .changes(entry)
+        .unwrap()
+        .into_iter()
+        .map(|change| change.document)
+        .collect();
+    assert_eq!(changed, ["objects/bin_1"]);
+    assert_eq!(home.aosm(), &aosm);
+}

@@ -7,19 +7,21 @@
 //!
 //! The file is locked as long as it is open; the lock needs no shared memory, so the folder may lie on a network drive.
 
+mod entry;
+mod rows;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use factotum_task_planning::operator::GroundAction;
-use rusqlite::{
-    Connection, ErrorCode, OpenFlags, OptionalExtension as _, Row, Transaction,
-    TransactionBehavior, params,
-};
+use rusqlite::{Connection, ErrorCode, OpenFlags, Row, TransactionBehavior, params};
 
 use crate::MapError;
 use crate::edit::DocumentChanges;
 use crate::home_folder::{self, Documents};
+
+pub use entry::{Change, Entry, EntryKind, Execution};
+use rows::{entry_of_row, kind_name, write_entry, write_files};
 
 /// Name of the journal in the home folder.
 pub(crate) const FILE: &str = "journal.sqlite";
@@ -48,69 +50,6 @@ const TABLES: &str = "
     CREATE TABLE documents (name TEXT PRIMARY KEY, content INTEGER NOT NULL REFERENCES contents) STRICT, WITHOUT ROWID;
     CREATE TABLE files (path TEXT PRIMARY KEY, digest BLOB NOT NULL) STRICT, WITHOUT ROWID;
 ";
-
-/// An entry of a journal.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Entry {
-    /// Number, rising from 1.
-    pub id: i64,
-    /// When, as the writer said: seconds since the epoch.
-    pub when_secs: f64,
-    /// Who or what made it, e.g. a person's name, `robot`, or `file` for a text file changed by hand.
-    pub author: String,
-    /// What it is.
-    pub kind: EntryKind,
-}
-
-/// What an entry of a journal is.
-#[derive(Debug, Clone, PartialEq)]
-pub enum EntryKind {
-    /// The home was made, or its folder was found without a journal.
-    Created,
-    /// The AOSM was changed.
-    Edit {
-        /// In a few words, e.g. `move bottle_1`.
-        what: String,
-    },
-    /// An edit was undone.
-    Undo {
-        /// The edit's number.
-        edit: i64,
-        /// The edit, in a few words.
-        what: String,
-    },
-    /// An edit that had been undone was done again.
-    Redo {
-        /// The edit's number.
-        edit: i64,
-        /// The edit, in a few words.
-        what: String,
-    },
-    /// The robot executed a plan step. Undo skips it: the world does not go back.
-    Execution(Execution),
-}
-
-/// An executed plan step.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Execution {
-    /// The step.
-    pub step: GroundAction,
-    /// How it ended, e.g. `done` or the reason of the failure.
-    pub outcome: String,
-    /// Time it took on the robot's clock, seconds.
-    pub robot_secs: f64,
-}
-
-/// What an edit did to one document of the home.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Change {
-    /// The document: a path in the home folder, or `objects/NAME` for an object's table of `objects.toml`.
-    pub document: String,
-    /// Its bytes before; none if it was not there.
-    pub before: Option<Vec<u8>>,
-    /// Its bytes after; none if it is not there.
-    pub after: Option<Vec<u8>>,
-}
 
 /// Digest by file, as last known to be on disk; none where the file is gone.
 pub(crate) type FileDigests = BTreeMap<String, Option<[u8; 32]>>;
@@ -347,122 +286,6 @@ impl Journal {
         };
         query().map_err(|source| explain(&self.path, source))
     }
-}
-
-fn write_entry(transaction: &Transaction<'_>, entry: &NewEntry<'_>) -> rusqlite::Result<i64> {
-    let (what, target) = match entry.kind {
-        EntryKind::Created => (String::new(), None),
-        EntryKind::Edit { what } => (what.clone(), None),
-        EntryKind::Undo { edit, what } | EntryKind::Redo { edit, what } => {
-            (what.clone(), Some(*edit))
-        }
-        EntryKind::Execution(execution) => (execution.step.to_string(), None),
-    };
-    transaction.prepare_cached("INSERT INTO entries (when_secs, author, kind, what, target) VALUES (?1, ?2, ?3, ?4, ?5)")?
-        .execute(params![entry.when_secs, entry.author, kind_name(entry.kind), what, target])?;
-    let id = transaction.last_insert_rowid();
-    if let EntryKind::Execution(Execution {
-        step,
-        outcome,
-        robot_secs,
-    }) = entry.kind
-    {
-        transaction.execute(
-            "INSERT INTO executions VALUES (?1, ?2, ?3, ?4, ?5)",
-            params![id, step.name, step.args.join(" "), outcome, robot_secs],
-        )?;
-    }
-    for (document, bytes) in entry.changes {
-        write_change(transaction, id, document, bytes.as_deref())?;
-    }
-    write_files(transaction, entry.files)?;
-    Ok(id)
-}
-
-fn write_files(transaction: &Transaction<'_>, files: &FileDigests) -> rusqlite::Result<()> {
-    for (path, digest) in files {
-        match digest {
-            Some(digest) => transaction.execute(
-                "INSERT OR REPLACE INTO files VALUES (?1, ?2)",
-                params![path, digest],
-            )?,
-            None => transaction.execute("DELETE FROM files WHERE path = ?1", params![path])?,
-        };
-    }
-    Ok(())
-}
-
-fn write_change(
-    transaction: &Transaction<'_>,
-    entry: i64,
-    document: &str,
-    bytes: Option<&[u8]>,
-) -> rusqlite::Result<()> {
-    let before: Option<i64> = transaction
-        .prepare_cached("SELECT content FROM documents WHERE name = ?1")?
-        .query_row(params![document], |row| row.get(0))
-        .optional()?;
-    let after = match bytes {
-        Some(bytes) => {
-            transaction
-                .prepare_cached("INSERT INTO contents (bytes) VALUES (?1)")?
-                .execute(params![bytes])?;
-            let content = transaction.last_insert_rowid();
-            transaction
-                .prepare_cached("INSERT OR REPLACE INTO documents VALUES (?1, ?2)")?
-                .execute(params![document, content])?;
-            Some(content)
-        }
-        None => {
-            transaction.execute("DELETE FROM documents WHERE name = ?1", params![document])?;
-            None
-        }
-    };
-    transaction
-        .prepare_cached("INSERT INTO changes VALUES (?1, ?2, ?3, ?4)")?
-        .execute(params![entry, document, before, after])?;
-    Ok(())
-}
-
-fn kind_name(kind: &EntryKind) -> &'static str {
-    match kind {
-        EntryKind::Created => "created",
-        EntryKind::Edit { .. } => "edit",
-        EntryKind::Undo { .. } => "undo",
-        EntryKind::Redo { .. } => "redo",
-        EntryKind::Execution(_) => "execution",
-    }
-}
-
-fn entry_of_row(row: &Row<'_>) -> rusqlite::Result<Entry> {
-    let what: String = row.get(4)?;
-    let kind = match row.get::<_, String>(3)?.as_str() {
-        "edit" => EntryKind::Edit { what },
-        "undo" => EntryKind::Undo {
-            edit: row.get(5)?,
-            what,
-        },
-        "redo" => EntryKind::Redo {
-            edit: row.get(5)?,
-            what,
-        },
-        "execution" => {
-            let args: String = row.get(7)?;
-            let step = GroundAction::new(row.get::<_, String>(6)?, args.split_whitespace());
-            EntryKind::Execution(Execution {
-                step,
-                outcome: row.get(8)?,
-                robot_secs: row.get(9)?,
-            })
-        }
-        _ => EntryKind::Created,
-    };
-    Ok(Entry {
-        id: row.get(0)?,
-        when_secs: row.get(1)?,
-        author: row.get(2)?,
-        kind,
-    })
 }
 
 /// Tells a journal that is in use or broken from one that cannot be read or written now.

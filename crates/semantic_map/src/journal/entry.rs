@@ -1,0 +1,66 @@
+//! What a journal holds, as its readers see it.
+
+use factotum_task_planning::operator::GroundAction;
+
+/// An entry of a journal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// Number, rising from 1.
+    pub id: i64,
+    /// When, as the writer said: seconds since the epoch.
+    pub when_secs: f64,
+    /// Who or what made it, e.g. a person's name, `robot`, or `file` for a text file changed by hand.
+    pub author: String,
+    /// What it is.
+    pub kind: EntryKind,
+}
+
+/// What an entry of a journal is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum EntryKind {
+    /// The home was made, or its folder was found without a journal.
+    Created,
+    /// The AOSM was changed.
+    Edit {
+        /// In a few words, e.g. `move bottle_1`.
+        what: String,
+    },
+    /// An edit was undone.
+    Undo {
+        /// The edit's number.
+        edit: i64,
+        /// The edit, in a few words.
+        what: String,
+    },
+    /// An edit that had been undone was done again.
+    Redo {
+        /// The edit's number.
+        edit: i64,
+        /// The edit, in a few words.
+        what: String,
+    },
+    /// The robot executed a plan step. Undo skips it: the world does not go back.
+    Execution(Execution),
+}
+
+/// An executed plan step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Execution {
+    /// The step.
+    pub step: GroundAction,
+    /// How it ended, e.g. `done` or the reason of the failure.
+    pub outcome: String,
+    /// Time it took on the robot's clock, seconds.
+    pub robot_secs: f64,
+}
+
+/// What an edit did to one document of the home.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Change {
+    /// The document: a path in the home folder, or `objects/NAME` for an object's table of `objects.toml`.
+    pub document: String,
+    /// Its bytes before; none if it was not there.
+    pub before: Option<Vec<u8>>,
+    /// Its bytes after; none if it is not there.
+    pub after: Option<Vec<u8>>,
+}
