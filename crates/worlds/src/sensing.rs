@@ -8,7 +8,8 @@ use factotum_geometry::frames::{body_from_optical, planar_from_pose};
 use factotum_geometry::sensing::{DepthFrame, LaserScan};
 use factotum_geometry::{Pose, Pose2};
 use factotum_physics::{
-    BodyId, DepthImage, GeomId, PhysicsError, PinholeCamera, SiteId, State, depth_image, planar_scan,
+    BodyId, DepthImage, GeomId, PhysicsError, PinholeCamera, SiteId, State, depth_image,
+    planar_scan,
 };
 use rand::{Rng, RngExt as _};
 
@@ -84,7 +85,12 @@ pub(crate) fn look(
     )?;
     let (labels, label_classes) = segment(assembly, &image, noise, rng);
     let is_own = |geom: &Option<GeomId>| {
-        geom.is_some_and(|geom| assembly.robot.bodies.contains(&assembly.model.geom_body(geom)))
+        geom.is_some_and(|geom| {
+            assembly
+                .robot
+                .bodies
+                .contains(&assembly.model.geom_body(geom))
+        })
     };
     let depth_m = image
         .depth_m
