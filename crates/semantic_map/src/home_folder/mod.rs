@@ -10,7 +10,7 @@
 //! journal.sqlite      every edit and execution, kept by [`Home`](crate::Home); not touched here
 //! ```
 //!
-//! A home is held in memory as [`Documents`]: the bytes of each file, but for `objects.toml`, which is cut into one
+//! A home is held in memory as documents: the bytes of each file, but for `objects.toml`, which is cut into one
 //! document an object so that the journal can say which object an edit changed. Each file is replaced by a rename
 //! after it has reached the disk, so a crash leaves the old one or the new one.
 
