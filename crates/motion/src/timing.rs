@@ -1,6 +1,6 @@
 //! Jerk-limited timing of a joint path.
 //!
-//! The path is a chain of straight segments in joint space. Its corners are rounded by [`blend`]s that stay
+//! The path is a chain of straight segments in joint space. Its corners are rounded by blends ([`Blend`]) that stay
 //! within a given distance of the path and are crossed at constant speed along the path; on the straight
 //! rest of each segment the speed follows a time-optimal jerk-limited profile (Berscheid & Kröger,
 //! "Jerk-limited Real-time Trajectory Generation with Arbitrary Target States", RSS 2021, by `rsruckig`).
