@@ -117,16 +117,23 @@ impl Executive<'_> {
     fn obstacles(&self, base_from_map: &Pose, without: &[&str]) -> Result<Vec<Obstacle>, AgentError> {
         /// Objects farther than this are out of the arm's way, metres.
         const NEAR_M: f64 = 2.0;
-        /// Seen points this near to a known object are the object itself, metres.
-        const OBJECT_RADIUS_M: f64 = 0.16;
-        let mut points: Vec<Point3<f64>> = self.senses.seen().points().iter().map(|point| base_from_map * point).collect();
+        let mut points: Vec<Point3<f64>> = self
+            .senses
+            .seen()
+            .points()
+            .iter()
+            .map(|point| base_from_map * point)
+            .filter(|point| point.xy().coords.norm() < NEAR_M)
+            .collect();
         let mut obstacles = Vec::new();
         for object in self.aosm.objects.values().filter(|object| object.location == Location::Loose) {
             let view = self.view(&object.name, base_from_map)?;
             if view.base_from_object.translation.vector.norm() > NEAR_M {
                 continue;
             }
-            without_object(&mut points, &view.base_from_object, OBJECT_RADIUS_M, view.class.movable);
+            if let Some(surface) = self.senses.surface(&object.class) {
+                without_object(&mut points, &view.base_from_object, surface, view.class.movable);
+            }
             if !without.contains(&object.name.as_str()) {
                 obstacles.push(view.as_obstacle());
             }

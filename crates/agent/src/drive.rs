@@ -31,8 +31,8 @@ pub(crate) fn path_on(
 ) -> Result<(Vec<Pose2>, f64), String> {
     match plan_base(grid, map_from_start, map_from_goal, &BasePathOptions::default()) {
         BaseOutcome::Solved { path, length_m, .. } => Ok((path, length_m)),
-        BaseOutcome::StartBlocked { .. } => Err("the robot stands too near to an obstacle to start".to_owned()),
-        BaseOutcome::GoalBlocked { .. } => Err("the goal is too near to an obstacle or off the map".to_owned()),
+        BaseOutcome::StartBlocked => Err("the robot stands too near to an obstacle to start".to_owned()),
+        BaseOutcome::GoalBlocked => Err("the goal is too near to an obstacle or off the map".to_owned()),
         _ => Err("no free way on the map leads there".to_owned()),
     }
 }

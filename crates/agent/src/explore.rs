@@ -110,7 +110,7 @@ impl Executive<'_> {
 
     /// A free place near a point, facing it.
     fn stand_near(
-        &mut self,
+        &self,
         grid: &factotum_motion::InflatedGrid,
         edge: &Point2<f64>,
         here: &Pose2,

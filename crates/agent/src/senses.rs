@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use factotum_control::Robot;
 use factotum_descriptions::ObjectClass;
-use factotum_geometry::cloud::PointCloud;
+use factotum_geometry::cloud::{NearestPoints, PointCloud};
 use factotum_geometry::frames::pose_from_planar;
 use factotum_geometry::grid::OccupancyGrid;
 use factotum_geometry::sensing::DepthFrame;
@@ -49,6 +49,7 @@ pub(crate) enum Care {
 pub(crate) struct Senses {
     slam: Slam2d,
     appearances: BTreeMap<String, ClassAppearance>,
+    surfaces: BTreeMap<String, NearestPoints>,
     detector: Detector,
     tracker: ObjectTracker,
     cloud: HomeCloud,
@@ -80,6 +81,10 @@ impl Senses {
                 None => Slam2d::new(map_from_base, params)?,
             },
             detector: Detector::new(models, DetectParams::default())?,
+            surfaces: appearances
+                .iter()
+                .map(|(class, appearance)| (class.clone(), NearestPoints::new(appearance.model.surface.points())))
+                .collect(),
             appearances,
             tracker: ObjectTracker::new(TrackerParams::default()),
             cloud: HomeCloud::new(VOXEL_M, CLOUD_RANGE_M),
@@ -98,6 +103,11 @@ impl Senses {
     /// The grid as mapped so far.
     pub(crate) fn map(&self) -> Option<&OccupancyGrid> {
         self.slam.map()
+    }
+
+    /// Samples of a class's surface, in Λ, to look up what is near them.
+    pub(crate) fn surface(&self, class: &str) -> Option<&NearestPoints> {
+        self.surfaces.get(class)
     }
 
     /// Surfaces seen by the camera, in the map frame.

@@ -1,13 +1,14 @@
 //! What is around the arm, from what the camera has seen: points become boxes that a planning scene can hold.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 use factotum_geometry::Pose;
+use factotum_geometry::cloud::NearestPoints;
 use factotum_motion::{Obstacle, ObstacleShape};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Edge of a voxel, metres: fine enough for a hand between a table and a shelf, coarse enough for a few hundred boxes.
-const VOXEL_M: f64 = 0.04;
+const VOXEL_M: f64 = 0.05;
 /// Points lower than this are the floor, metres.
 const FLOOR_M: f64 = 0.04;
 /// Points farther than this from the base are out of the arm's reach, metres.
@@ -16,75 +17,107 @@ const REACH_M: f64 = 1.5;
 /// Boxes that cover the points, in the base frame.
 ///
 /// Voxels that follow each other upwards become columns, and equal columns that follow each other along x become one
-/// box, so a table top is a few slabs rather than hundreds of cubes.
+/// box, so a table top is a few slabs rather than hundreds of cubes. A box is no larger than its points need.
 pub(crate) fn obstacles_from_points(points_in_base: &[Point3<f64>]) -> Vec<Obstacle> {
-    let voxels: BTreeSet<(i64, i64, i64)> = points_in_base
-        .iter()
-        .filter(|point| point.z > FLOOR_M && point.xy().coords.norm() < REACH_M)
-        .map(|point| (index(point.y), index(point.x), index(point.z)))
-        .collect();
+    let mut voxels: BTreeMap<(i64, i64, i64), Bounds> = BTreeMap::new();
+    for point in points_in_base {
+        if point.z > FLOOR_M && point.xy().coords.norm() < REACH_M {
+            let key = (index(point.y), index(point.x), index(point.z));
+            voxels.entry(key).or_insert_with(|| Bounds::of(point)).add(point);
+        }
+    }
     let mut boxes: Vec<Slab> = Vec::new();
     for run in columns(&voxels) {
         let extends = |slab: &&mut Slab| slab.y == run.y && slab.x_last + 1 == run.x_first && slab.z == run.z;
         match boxes.iter_mut().rev().take(64).find(extends) {
-            Some(slab) => slab.x_last = run.x_first,
+            Some(slab) => {
+                slab.x_last = run.x_first;
+                slab.bounds.join(&run.bounds);
+            }
             None => boxes.push(run),
         }
     }
-    boxes.iter().enumerate().map(|(number, slab)| slab.as_obstacle(number)).collect()
+    boxes.iter().enumerate().map(|(number, slab)| slab.bounds.as_obstacle(number)).collect()
 }
 
 fn index(coordinate_m: f64) -> i64 {
     (coordinate_m / VOXEL_M).floor() as i64
 }
 
-/// A box of voxels one voxel wide in y.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Slab {
-    y: i64,
-    x_first: i64,
-    x_last: i64,
-    z: (i64, i64),
+/// The smallest box about some points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Bounds {
+    lower: Vector3<f64>,
+    upper: Vector3<f64>,
 }
 
-impl Slab {
+impl Bounds {
+    fn of(point: &Point3<f64>) -> Self {
+        Self { lower: point.coords, upper: point.coords }
+    }
+
+    fn add(&mut self, point: &Point3<f64>) {
+        self.join(&Self::of(point));
+    }
+
+    fn join(&mut self, other: &Self) {
+        self.lower = self.lower.inf(&other.lower);
+        self.upper = self.upper.sup(&other.upper);
+    }
+
+    /// The box, a little larger than its points: between them there is surface too.
     fn as_obstacle(&self, number: usize) -> Obstacle {
-        let lower = Vector3::new(self.x_first as f64, self.y as f64, self.z.0 as f64) * VOXEL_M;
-        let upper = Vector3::new((self.x_last + 1) as f64, (self.y + 1) as f64, (self.z.1 + 1) as f64) * VOXEL_M;
-        let middle = (lower + upper) / 2.0;
+        const PAD_M: f64 = 0.008;
+        let middle = (self.lower + self.upper) / 2.0;
+        let half = (self.upper - self.lower) / 2.0 + Vector3::repeat(PAD_M);
         Obstacle {
             name: format!("seen_{number}"),
-            shape: ObstacleShape::Box { half_extents_m: ((upper - lower) / 2.0).into() },
+            shape: ObstacleShape::Box { half_extents_m: half.into() },
             base_from_obstacle: Isometry3::translation(middle.x, middle.y, middle.z),
         }
     }
 }
 
+/// A box of voxels one voxel wide in y.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Slab {
+    y: i64,
+    x_first: i64,
+    x_last: i64,
+    z: (i64, i64),
+    bounds: Bounds,
+}
+
 /// Runs of voxels that follow each other upwards, in the order of the voxels.
-fn columns(voxels: &BTreeSet<(i64, i64, i64)>) -> Vec<Slab> {
+fn columns(voxels: &BTreeMap<(i64, i64, i64), Bounds>) -> Vec<Slab> {
     let mut runs: Vec<Slab> = Vec::new();
-    for &(y, x, z) in voxels {
+    for (&(y, x, z), bounds) in voxels {
         match runs.last_mut() {
-            Some(run) if run.y == y && run.x_first == x && run.z.1 + 1 == z => run.z.1 = z,
-            _ => runs.push(Slab { y, x_first: x, x_last: x, z: (z, z) }),
+            Some(run) if run.y == y && run.x_first == x && run.z.1 + 1 == z => {
+                run.z.1 = z;
+                run.bounds.join(bounds);
+            }
+            _ => runs.push(Slab { y, x_first: x, x_last: x, z: (z, z), bounds: *bounds }),
         }
     }
     runs
 }
 
-/// Drops the points of an object that is known to stand at `base_from_object`; what it stands on stays.
+/// Drops the points on an object that is known to stand at `base_from_object`; what it stands on stays.
 pub(crate) fn without_object(
     points: &mut Vec<Point3<f64>>,
     base_from_object: &Pose,
-    radius_m: f64,
+    surface: &NearestPoints,
     is_standing: bool,
 ) {
+    /// Points this near to where the object's surface should be are the object, metres.
+    const NEAR_M: f64 = 0.05;
     /// Points lower than this above Λ of a standing object belong to what it stands on, metres.
-    const SUPPORT_M: f64 = 0.02;
-    let at = base_from_object.translation.vector;
+    const SUPPORT_M: f64 = 0.015;
     points.retain(|point| {
-        let from = point.coords - at;
-        if is_standing { from.xy().norm() > radius_m || from.z < SUPPORT_M } else { from.norm() > radius_m }
+        let in_object = base_from_object.inverse_transform_point(point);
+        let is_on_it = surface.nearest(&in_object).is_some_and(|(_, square_m2)| square_m2 < NEAR_M * NEAR_M);
+        !is_on_it || (is_standing && in_object.z < SUPPORT_M)
     });
 }
 
