@@ -92,7 +92,7 @@ impl Pick {
         arm.grip(1.0, grip_force(situation))?;
         let mut refused = None;
         for way in ways {
-            match arm.go(&mut free, &[way.approach.start.clone()], name) {
+            match arm.go(&mut free, std::slice::from_ref(&way.approach.start), name) {
                 Ok(()) => {}
                 Err(Stop::Failed(failure @ Failure::NoWay { .. })) => {
                     refused = Some(failure);
