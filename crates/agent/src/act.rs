@@ -23,7 +23,10 @@ impl Executive<'_> {
             self.situation(option, &map_from_base)?
         };
         let skill = skill_for(option);
-        self.log(LogLevel::Info, format!("{} {}", skill.name(), option.object))?;
+        self.log(
+            LogLevel::Info,
+            format!("{} {}", skill.name(), option.object),
+        )?;
         let outcome = skill.run(self.robot, &situation, &mut self.rng)?;
         let is_gripping = self.robot.state()?.gripper_opening > EMPTY_OPENING;
         match (outcome, &option.kind) {
@@ -59,12 +62,19 @@ impl Executive<'_> {
 
     /// Whether the gripper still holds what it is believed to hold; if not, the belief is mended.
     fn check_grip(&mut self, object: &str) -> Result<(), String> {
-        let opening = self.robot.state().map_err(|error| error.to_string())?.gripper_opening;
+        let opening = self
+            .robot
+            .state()
+            .map_err(|error| error.to_string())?
+            .gripper_opening;
         if opening > EMPTY_OPENING {
             return Ok(());
         }
         self.let_go(object).map_err(|error| error.to_string())?;
-        Err(Failure::Slipped { object: object.to_owned() }.to_string())
+        Err(Failure::Slipped {
+            object: object.to_owned(),
+        }
+        .to_string())
     }
 
     fn let_go(&mut self, object: &str) -> Result<(), AgentError> {
@@ -74,7 +84,11 @@ impl Executive<'_> {
     }
 
     /// What a skill is told: everything believed, seen from a base pose.
-    pub(crate) fn situation(&self, option: &OptionSpec, map_from_base: &Pose2) -> Result<Situation, AgentError> {
+    pub(crate) fn situation(
+        &self,
+        option: &OptionSpec,
+        map_from_base: &Pose2,
+    ) -> Result<Situation, AgentError> {
         let base_from_map = pose_from_planar(map_from_base, 0.0).inverse();
         let target = match &option.kind {
             OptionKind::Place { target, .. } => Some(target.as_str()),
@@ -82,9 +96,14 @@ impl Executive<'_> {
         };
         Ok(Situation {
             robot: self.model.clone(),
-            obstacles: self.obstacles(&base_from_map, &[option.object.as_str(), target.unwrap_or_default()])?,
+            obstacles: self.obstacles(
+                &base_from_map,
+                &[option.object.as_str(), target.unwrap_or_default()],
+            )?,
             object: self.view(&option.object, &base_from_map)?,
-            target: target.map(|target| self.view(target, &base_from_map)).transpose()?,
+            target: target
+                .map(|target| self.view(target, &base_from_map))
+                .transpose()?,
             held: self.held_view()?,
         })
     }
@@ -100,21 +119,33 @@ impl Executive<'_> {
     }
 
     fn held_view(&self) -> Result<Option<HeldView>, AgentError> {
-        let Some((object, tcp_from_object)) = self.aosm.held().zip(self.tcp_from_held) else { return Ok(None) };
+        let Some((object, tcp_from_object)) = self.aosm.held().zip(self.tcp_from_held) else {
+            return Ok(None);
+        };
         let class = self.aosm.class(&object.class)?.clone();
-        Ok(Some(HeldView { name: object.name.clone(), class, tcp_from_object }))
+        Ok(Some(HeldView {
+            name: object.name.clone(),
+            class,
+            tcp_from_object,
+        }))
     }
 
     /// Pose of what the gripper holds, in the base frame.
     pub(crate) fn base_from_held(&mut self) -> Result<Option<Pose>, AgentError> {
-        let Some(tcp_from_held) = self.tcp_from_held else { return Ok(None) };
+        let Some(tcp_from_held) = self.tcp_from_held else {
+            return Ok(None);
+        };
         let state = self.robot.state()?;
         let q = self.model.q_from_state(state.lift_m, &state.arm_positions);
         Ok(Some(self.model.chain().base_from_tcp(&q) * tcp_from_held))
     }
 
     /// What the arm must keep clear of: seen surfaces, and known objects but for `without` and what is held.
-    fn obstacles(&self, base_from_map: &Pose, without: &[&str]) -> Result<Vec<Obstacle>, AgentError> {
+    fn obstacles(
+        &self,
+        base_from_map: &Pose,
+        without: &[&str],
+    ) -> Result<Vec<Obstacle>, AgentError> {
         /// Objects farther than this are out of the arm's way, metres.
         const NEAR_M: f64 = 2.0;
         let mut points: Vec<Point3<f64>> = self
@@ -126,13 +157,23 @@ impl Executive<'_> {
             .filter(|point| point.xy().coords.norm() < NEAR_M)
             .collect();
         let mut obstacles = Vec::new();
-        for object in self.aosm.objects.values().filter(|object| object.location == Location::Loose) {
+        for object in self
+            .aosm
+            .objects
+            .values()
+            .filter(|object| object.location == Location::Loose)
+        {
             let view = self.view(&object.name, base_from_map)?;
             if view.base_from_object.translation.vector.norm() > NEAR_M {
                 continue;
             }
             if let Some(surface) = self.senses.surface(&object.class) {
-                without_object(&mut points, &view.base_from_object, surface, view.class.movable);
+                without_object(
+                    &mut points,
+                    &view.base_from_object,
+                    surface,
+                    view.class.movable,
+                );
             }
             if !without.contains(&object.name.as_str()) {
                 obstacles.push(view.as_obstacle());
@@ -150,7 +191,8 @@ impl Executive<'_> {
         let obstacles = self.obstacles(&base_from_map, &[])?;
         let mut scene = PlanningScene::new(&self.model, &obstacles, held.as_ref())?;
         let rest = self.model.q_rest();
-        let tucked = ArmMotion::new(self.robot, &self.model, &mut self.rng).go_to_posture(&mut scene, &rest, "rest")?;
+        let tucked = ArmMotion::new(self.robot, &self.model, &mut self.rng)
+            .go_to_posture(&mut scene, &rest, "rest")?;
         if let Err(failure) = tucked {
             self.log(LogLevel::Warning, format!("cannot tuck the arm: {failure}"))?;
         }
@@ -162,9 +204,11 @@ impl Executive<'_> {
 pub(crate) fn skill_for(option: &OptionSpec) -> Box<dyn Skill> {
     match &option.kind {
         OptionKind::Pick => Box::new(Pick::default()),
-        OptionKind::Place { action, .. } => {
-            Box::new(Place { target_from_object: action.place.unwrap_or_default().into() })
-        }
-        OptionKind::Articulate { action } => Box::new(Articulate { action: action.clone() }),
+        OptionKind::Place { action, .. } => Box::new(Place {
+            target_from_object: action.place.unwrap_or_default().into(),
+        }),
+        OptionKind::Articulate { action } => Box::new(Articulate {
+            action: action.clone(),
+        }),
     }
 }

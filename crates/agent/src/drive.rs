@@ -29,10 +29,19 @@ pub(crate) fn path_on(
     map_from_start: &Pose2,
     map_from_goal: &Pose2,
 ) -> Result<(Vec<Pose2>, f64), String> {
-    match plan_base(grid, map_from_start, map_from_goal, &BasePathOptions::default()) {
+    match plan_base(
+        grid,
+        map_from_start,
+        map_from_goal,
+        &BasePathOptions::default(),
+    ) {
         BaseOutcome::Solved { path, length_m, .. } => Ok((path, length_m)),
-        BaseOutcome::StartBlocked => Err("the robot stands too near to an obstacle to start".to_owned()),
-        BaseOutcome::GoalBlocked => Err("the goal is too near to an obstacle or off the map".to_owned()),
+        BaseOutcome::StartBlocked => {
+            Err("the robot stands too near to an obstacle to start".to_owned())
+        }
+        BaseOutcome::GoalBlocked => {
+            Err("the goal is too near to an obstacle or off the map".to_owned())
+        }
         _ => Err("no free way on the map leads there".to_owned()),
     }
 }
@@ -56,7 +65,11 @@ pub(crate) fn follow(
     watch: &mut dyn FnMut(&mut dyn Robot) -> Result<Watch, AgentError>,
 ) -> Result<Drive, AgentError> {
     const PERIOD_SECS: f64 = 0.1;
-    let speed_m_per_s = robot.description().base.as_ref().map_or(0.1, |base| base.velocity_max_m_per_s);
+    let speed_m_per_s = robot
+        .description()
+        .base
+        .as_ref()
+        .map_or(0.1, |base| base.velocity_max_m_per_s);
     let timeout_secs = PATIENCE.0 * length_m / speed_m_per_s + PATIENCE.1;
     let started_secs = robot.state()?.time_secs;
     let mut id = robot.send(command(&map_from_odom, path))?;
@@ -82,7 +95,9 @@ pub(crate) fn follow(
         }
         if robot.state()?.time_secs - started_secs > timeout_secs {
             robot.stop()?;
-            return Ok(Drive::Failed(format!("not there after {timeout_secs:.0} s")));
+            return Ok(Drive::Failed(format!(
+                "not there after {timeout_secs:.0} s"
+            )));
         }
     }
 }
@@ -90,12 +105,17 @@ pub(crate) fn follow(
 fn command(map_from_odom: &Pose2, path: &[Pose2]) -> Command {
     let odom_from_map = map_from_odom.inverse();
     let odom_from_base = path.iter().map(|pose| odom_from_map * pose).collect();
-    Command::BasePath(BasePath { odom_from_base, speed: SPEED })
+    Command::BasePath(BasePath {
+        odom_from_base,
+        speed: SPEED,
+    })
 }
 
 /// The part of a path that still lies ahead.
 pub(crate) fn rest_of<'a>(path: &'a [Pose2], map_from_base: &Pose2) -> &'a [Pose2] {
-    let distance = |pose: &Pose2| (pose.translation.vector - map_from_base.translation.vector).norm();
-    let nearest = (0..path.len()).min_by(|a, b| distance(&path[*a]).total_cmp(&distance(&path[*b])));
+    let distance =
+        |pose: &Pose2| (pose.translation.vector - map_from_base.translation.vector).norm();
+    let nearest =
+        (0..path.len()).min_by(|a, b| distance(&path[*a]).total_cmp(&distance(&path[*b])));
     &path[nearest.unwrap_or(0)..]
 }

@@ -114,16 +114,24 @@ impl<'a> Executive<'a> {
         for n_plans in 0..=self.settings.n_replans_max {
             let Some(condition) = self.find_what_it_takes(goal)? else {
                 let missing = goal.condition(&self.aosm).err();
-                return Ok(Some(missing.map_or_else(String::new, |error| error.to_string())));
+                return Ok(Some(
+                    missing.map_or_else(String::new, |error| error.to_string()),
+                ));
             };
             let domain = self.aosm.domain()?;
             let problem = self.aosm.problem(&domain, condition)?;
             let plan = match self.planner.solve(&domain, &problem, &Limits::default())? {
                 PlanOutcome::Solved { plan, .. } => plan,
-                PlanOutcome::Unsolvable { reason } => return Ok(Some(format!("no plan exists: {reason}"))),
-                PlanOutcome::Exhausted { reason } => return Ok(Some(format!("no plan was found: {reason}"))),
+                PlanOutcome::Unsolvable { reason } => {
+                    return Ok(Some(format!("no plan exists: {reason}")));
+                }
+                PlanOutcome::Exhausted { reason } => {
+                    return Ok(Some(format!("no plan was found: {reason}")));
+                }
                 PlanOutcome::LimitReached { limit } => {
-                    return Ok(Some(format!("planning reached its {limit:?} limit").to_lowercase()));
+                    return Ok(Some(
+                        format!("planning reached its {limit:?} limit").to_lowercase(),
+                    ));
                 }
             };
             self.report.n_replans = n_plans;
@@ -169,13 +177,19 @@ impl<'a> Executive<'a> {
     }
 
     /// One step of the plan, from as many base poses as the settings allow.
-    fn perform(&mut self, view: usize, step: &GroundAction) -> Result<Result<(), String>, AgentError> {
+    fn perform(
+        &mut self,
+        view: usize,
+        step: &GroundAction,
+    ) -> Result<Result<(), String>, AgentError> {
         let mut reason = String::new();
         let mut spent: Vec<Pose2> = Vec::new();
         for attempt in 1..=self.settings.n_attempts_max {
             let option = match self.aosm.option(step) {
                 Ok(option) => option,
-                Err(MapError::NoObject { name, .. }) => return Ok(Err(format!("`{name}` is no longer where it was"))),
+                Err(MapError::NoObject { name, .. }) => {
+                    return Ok(Err(format!("`{name}` is no longer where it was")));
+                }
                 Err(error) => return Err(error.into()),
             };
             self.mark(view, StepState::Running, None)?;
@@ -185,7 +199,13 @@ impl<'a> Executive<'a> {
             };
             spent.push(map_from_base);
             let (outcome, robot_secs) = self.timed(|this| this.drive_to(&map_from_base))?;
-            self.record("navigate", std::slice::from_ref(&option.object), &outcome, attempt, robot_secs);
+            self.record(
+                "navigate",
+                std::slice::from_ref(&option.object),
+                &outcome,
+                attempt,
+                robot_secs,
+            );
             if let Err(why) = outcome {
                 self.mark(view, StepState::Failed, Some(why.clone()))?;
                 reason = why;
@@ -194,7 +214,10 @@ impl<'a> Executive<'a> {
             self.mark(view, StepState::Done, None)?;
             self.look_closely()?;
             if !self.aosm.objects.contains_key(&option.object) {
-                return Ok(Err(format!("`{}` is no longer where it was", option.object)));
+                return Ok(Err(format!(
+                    "`{}` is no longer where it was",
+                    option.object
+                )));
             }
             self.mark(view + 1, StepState::Running, None)?;
             let (outcome, robot_secs) = self.timed(|this| this.act(&option))?;
@@ -219,7 +242,10 @@ impl<'a> Executive<'a> {
 
     /// Whether what the option needs still holds after a failed try: a dropped object must be picked again first.
     fn is_still_applicable(&self, option: &OptionSpec) -> bool {
-        let is_held = self.aosm.held().is_some_and(|held| held.name == option.object);
+        let is_held = self
+            .aosm
+            .held()
+            .is_some_and(|held| held.name == option.object);
         match option.kind {
             OptionKind::Place { .. } => is_held,
             OptionKind::Pick | OptionKind::Articulate { .. } => self.aosm.held().is_none(),

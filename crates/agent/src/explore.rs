@@ -32,7 +32,10 @@ impl Executive<'_> {
     ///
     /// # Errors
     /// [`AgentError`] for faults of the robot, and [`AgentError::Stopped`] when the observer wished to stop.
-    pub fn explore(&mut self, is_enough: &mut dyn FnMut(&factotum_semantic_map::Aosm) -> bool) -> Result<(), AgentError> {
+    pub fn explore(
+        &mut self,
+        is_enough: &mut dyn FnMut(&factotum_semantic_map::Aosm) -> bool,
+    ) -> Result<(), AgentError> {
         self.log(LogLevel::Info, "exploring".to_owned())?;
         self.tuck()?;
         self.look_around()?;
@@ -48,18 +51,31 @@ impl Executive<'_> {
                 break;
             };
             spent.push(Point2::from(goal.translation.vector));
-            self.log(LogLevel::Info, format!("driving to ({:.1}, {:.1}) m", goal.translation.x, goal.translation.y))?;
+            self.log(
+                LogLevel::Info,
+                format!(
+                    "driving to ({:.1}, {:.1}) m",
+                    goal.translation.x, goal.translation.y
+                ),
+            )?;
             if let Err(why) = self.drive_to(&goal)? {
                 self.log(LogLevel::Warning, format!("while exploring: {why}"))?;
                 continue;
             }
             let here = self.map_from_base()?;
-            if !is_near(&Point2::from(here.translation.vector), &self.viewed, APART_M) {
+            if !is_near(
+                &Point2::from(here.translation.vector),
+                &self.viewed,
+                APART_M,
+            ) {
                 self.look_around()?;
             }
         }
         let n_objects = self.aosm.objects.len();
-        self.log(LogLevel::Info, format!("explored: {n_objects} objects found"))
+        self.log(
+            LogLevel::Info,
+            format!("explored: {n_objects} objects found"),
+        )
     }
 
     /// Turns once around, looking.
@@ -69,12 +85,19 @@ impl Executive<'_> {
         const N_PERIODS_PER_LOOK: usize = 5;
         self.observe_home()?;
         let here = self.map_from_base()?;
-        let rate_rad_per_s =
-            self.model.description().base.as_ref().map_or(0.5, |base| base.yaw_rate_max_rad_per_s);
+        let rate_rad_per_s = self
+            .model
+            .description()
+            .base
+            .as_ref()
+            .map_or(0.5, |base| base.yaw_rate_max_rad_per_s);
         let n_periods = (TAU / rate_rad_per_s / PERIOD_SECS).ceil() as usize;
         for period in 1..=n_periods {
             let velocity = Vector3::new(0.0, 0.0, rate_rad_per_s);
-            self.robot.send(Command::BaseTwist(BaseTwist { velocity, valid_secs: 2.0 * PERIOD_SECS }))?;
+            self.robot.send(Command::BaseTwist(BaseTwist {
+                velocity,
+                valid_secs: 2.0 * PERIOD_SECS,
+            }))?;
             self.robot.wait(PERIOD_SECS)?;
             self.senses.feel(self.robot)?;
             if period.is_multiple_of(N_PERIODS_PER_LOOK) {
@@ -95,11 +118,15 @@ impl Executive<'_> {
             if is_near(&edge, spent, 0.5) {
                 continue;
             }
-            let Some(goal) = self.stand_near(&grid, &edge, &here) else { continue };
+            let Some(goal) = self.stand_near(&grid, &edge, &here) else {
+                continue;
+            };
             if is_near(&Point2::from(goal.translation.vector), spent, 0.25) {
                 continue;
             }
-            let Ok((_, length_m)) = path_on(&grid, &here, &goal) else { continue };
+            let Ok((_, length_m)) = path_on(&grid, &here, &goal) else {
+                continue;
+            };
             let cost = length_m - 0.02 * frontier.n_cells() as f64;
             if best.as_ref().is_none_or(|(least, _)| cost < *least) {
                 best = Some((cost, goal));
@@ -115,7 +142,9 @@ impl Executive<'_> {
         edge: &Point2<f64>,
         here: &Pose2,
     ) -> Option<Pose2> {
-        let back = (Point2::from(here.translation.vector) - edge).try_normalize(1e-6).unwrap_or_else(Vector2::x);
+        let back = (Point2::from(here.translation.vector) - edge)
+            .try_normalize(1e-6)
+            .unwrap_or_else(Vector2::x);
         let mut places = Vec::new();
         for ring in 0..8 {
             for turn in 0..12 {
@@ -126,7 +155,11 @@ impl Executive<'_> {
         }
         let place = places.into_iter().find(|place| grid.is_free_at(place))?;
         let facing = edge - place;
-        let yaw = if facing.norm() > 1e-3 { facing.y.atan2(facing.x) } else { here.rotation.angle() };
+        let yaw = if facing.norm() > 1e-3 {
+            facing.y.atan2(facing.x)
+        } else {
+            here.rotation.angle()
+        };
         Some(Pose2::new(place.coords, yaw))
     }
 
@@ -142,17 +175,25 @@ impl Executive<'_> {
         let mut best: Option<(f64, Pose2)> = None;
         for _ in 0..N_PLACES {
             let patch = patches[self.rng.random_range(0..patches.len())];
-            let around = Vector2::new(self.rng.random_range(-1.5..1.5), self.rng.random_range(-1.5..1.5));
+            let around = Vector2::new(
+                self.rng.random_range(-1.5..1.5),
+                self.rng.random_range(-1.5..1.5),
+            );
             let place = patch + around;
             if !grid.is_free_at(&place) || is_near(&place, spent, 0.3) {
                 continue;
             }
-            let n_seen = patches.iter().filter(|patch| self.is_in_view(&place, patch)).count();
+            let n_seen = patches
+                .iter()
+                .filter(|patch| self.is_in_view(&place, patch))
+                .count();
             if n_seen < N_PATCHES_MIN {
                 continue;
             }
             let goal = Pose2::new(place.coords, here.rotation.angle());
-            let Ok((_, length_m)) = path_on(&grid, &here, &goal) else { continue };
+            let Ok((_, length_m)) = path_on(&grid, &here, &goal) else {
+                continue;
+            };
             let gain = n_seen as f64 / (2.0 + length_m);
             if best.as_ref().is_none_or(|(most, _)| gain > *most) {
                 best = Some((gain, goal));
@@ -180,5 +221,7 @@ impl Executive<'_> {
 }
 
 fn is_near(point: &Point2<f64>, others: &[Point2<f64>], distance_m: f64) -> bool {
-    others.iter().any(|other| (other - point).norm() < distance_m)
+    others
+        .iter()
+        .any(|other| (other - point).norm() < distance_m)
 }

@@ -28,13 +28,25 @@ impl Executive<'_> {
         let here = self.map_from_base()?;
         let poses = self.grounded(option, &grid);
         if poses.is_empty() {
-            *reason = format!("no free place to stand for {} at `{}`", option.step.name, option.object);
+            *reason = format!(
+                "no free place to stand for {} at `{}`",
+                option.step.name, option.object
+            );
             return Ok(None);
         }
         let mut reachable: Vec<(f64, Pose2)> = poses
             .into_iter()
-            .filter(|pose| spent.iter().all(|old| (old.translation.vector - pose.translation.vector).norm() > APART_M))
-            .map(|pose| ((pose.translation.vector - here.translation.vector).norm(), pose))
+            .filter(|pose| {
+                spent
+                    .iter()
+                    .all(|old| (old.translation.vector - pose.translation.vector).norm() > APART_M)
+            })
+            .map(|pose| {
+                (
+                    (pose.translation.vector - here.translation.vector).norm(),
+                    pose,
+                )
+            })
             .collect();
         reachable.sort_by(|a, b| a.0.total_cmp(&b.0));
         let skill = skill_for(option);
@@ -77,19 +89,32 @@ impl Executive<'_> {
             .map(|option| {
                 let mut poses = self.grounded(&option, &grid);
                 poses.truncate(N_SHOWN);
-                GraphNode { option: option.step, map_from_base: poses }
+                GraphNode {
+                    option: option.step,
+                    map_from_base: poses,
+                }
             })
             .collect();
         self.graph = TopologicalGraph::build(nodes, |from, to| {
-            drive::path_on(&grid, from, to).ok().map(|(_, length_m)| length_m)
+            drive::path_on(&grid, from, to)
+                .ok()
+                .map(|(_, length_m)| length_m)
         });
         self.show_map()
     }
 
     /// The grid with obstacles grown by the footprint and `clearance_m`.
     fn inflated_by(&self, clearance_m: f64) -> InflatedGrid {
-        let footprint_m = self.model.description().base.as_ref().map_or(0.0, |base| base.footprint_radius_m);
-        InflatedGrid::new(&self.aosm.grid, &InflationOptions::for_radius(footprint_m + clearance_m))
+        let footprint_m = self
+            .model
+            .description()
+            .base
+            .as_ref()
+            .map_or(0.0, |base| base.footprint_radius_m);
+        InflatedGrid::new(
+            &self.aosm.grid,
+            &InflationOptions::for_radius(footprint_m + clearance_m),
+        )
     }
 
     pub(crate) fn inflated(&self) -> InflatedGrid {
@@ -97,7 +122,10 @@ impl Executive<'_> {
     }
 
     /// A path to a pose in the map: with ample clearance if there is one, else with as much as there is.
-    pub(crate) fn path_to(&mut self, map_from_goal: &Pose2) -> Result<Result<(Vec<Pose2>, f64), String>, AgentError> {
+    pub(crate) fn path_to(
+        &mut self,
+        map_from_goal: &Pose2,
+    ) -> Result<Result<(Vec<Pose2>, f64), String>, AgentError> {
         let here = self.map_from_base()?;
         let mut found = Err(String::new());
         for share in [1.0, 0.5, 0.0] {
@@ -123,7 +151,8 @@ impl Executive<'_> {
     fn observe(&mut self, care: Care) -> Result<(), AgentError> {
         let base_from_held = self.base_from_held()?;
         self.senses.feel(self.robot)?;
-        self.senses.look(self.robot, &mut self.aosm, base_from_held, care)?;
+        self.senses
+            .look(self.robot, &mut self.aosm, base_from_held, care)?;
         if let Some(map) = self.senses.map() {
             self.aosm.grid.clone_from(map);
         }
@@ -141,7 +170,10 @@ impl Executive<'_> {
     }
 
     /// Drives to a pose in the map; the answer is why not, in words, if it failed.
-    pub(crate) fn drive_to(&mut self, map_from_goal: &Pose2) -> Result<Result<(), String>, AgentError> {
+    pub(crate) fn drive_to(
+        &mut self,
+        map_from_goal: &Pose2,
+    ) -> Result<Result<(), String>, AgentError> {
         self.observe_home()?;
         let (path, length_m) = match self.path_to(map_from_goal)? {
             Ok(found) => found,
@@ -157,8 +189,17 @@ impl Executive<'_> {
         const NEAR_M: f64 = 0.12;
         let base_from_held = self.base_from_held()?;
         let start_drift = self.senses.map_from_odom();
-        let Self { robot, senses, aosm, .. } = self;
-        let footprint_m = robot.description().base.as_ref().map_or(0.0, |base| base.footprint_radius_m);
+        let Self {
+            robot,
+            senses,
+            aosm,
+            ..
+        } = self;
+        let footprint_m = robot
+            .description()
+            .base
+            .as_ref()
+            .map_or(0.0, |base| base.footprint_radius_m);
         let mut sent = start_drift;
         let mut n_looks = 0_usize;
         let ended = drive::follow(*robot, start_drift, path, length_m, &mut |robot| {
@@ -170,13 +211,18 @@ impl Executive<'_> {
             let map_from_base = senses.map_from_odom() * robot.state()?.odom_from_base;
             if let Some(map) = senses.map()
                 && n_looks.is_multiple_of(3)
-                && let Some(place) = obstacle_on(map, drive::rest_of(path, &map_from_base), footprint_m - NEAR_M)
+                && let Some(place) = obstacle_on(
+                    map,
+                    drive::rest_of(path, &map_from_base),
+                    footprint_m - NEAR_M,
+                )
             {
                 return Ok(Watch::Blocked(place));
             }
             let now = senses.map_from_odom();
             let change = sent.inverse() * now;
-            if change.translation.vector.norm() > DRIFT.0 || change.rotation.angle().abs() > DRIFT.1 {
+            if change.translation.vector.norm() > DRIFT.0 || change.rotation.angle().abs() > DRIFT.1
+            {
                 sent = now;
                 return Ok(Watch::Drifted(now));
             }
@@ -187,7 +233,10 @@ impl Executive<'_> {
         }
         match ended {
             Drive::Arrived => Ok(Ok(())),
-            Drive::Blocked(at) => Ok(Err(format!("something stands in the way at ({:.1}, {:.1}) m", at.x, at.y))),
+            Drive::Blocked(at) => Ok(Err(format!(
+                "something stands in the way at ({:.1}, {:.1}) m",
+                at.x, at.y
+            ))),
             Drive::Failed(why) => Ok(Err(why)),
         }
     }
@@ -204,7 +253,10 @@ fn obstacle_on(map: &OccupancyGrid, path: &[Pose2], radius_m: f64) -> Option<Poi
         .flat_map(|pose| {
             (0..n_around).map(move |i| {
                 let angle = std::f64::consts::TAU * f64::from(i) / f64::from(n_around);
-                Point2::from(pose.translation.vector + radius_m * nalgebra::Vector2::new(angle.cos(), angle.sin()))
+                Point2::from(
+                    pose.translation.vector
+                        + radius_m * nalgebra::Vector2::new(angle.cos(), angle.sin()),
+                )
             })
         })
         .find(|point| map.cell_at(point).is_occupied())

@@ -72,7 +72,10 @@ impl Senses {
         for class in classes {
             appearances.insert(class.name.clone(), ClassAppearance::load(class)?);
         }
-        let models = appearances.values().map(|appearance| appearance.model.clone()).collect();
+        let models = appearances
+            .values()
+            .map(|appearance| appearance.model.clone())
+            .collect();
         let map_from_base = map_from_odom * odom_from_base;
         let params = SlamParams::default();
         Ok(Self {
@@ -83,7 +86,12 @@ impl Senses {
             detector: Detector::new(models, DetectParams::default())?,
             surfaces: appearances
                 .iter()
-                .map(|(class, appearance)| (class.clone(), NearestPoints::new(appearance.model.surface.points())))
+                .map(|(class, appearance)| {
+                    (
+                        class.clone(),
+                        NearestPoints::new(appearance.model.surface.points()),
+                    )
+                })
                 .collect(),
             appearances,
             tracker: ObjectTracker::new(TrackerParams::default()),
@@ -120,7 +128,9 @@ impl Senses {
         let scan = robot.scan()?;
         let update = self.slam.update(&scan.odom_from_base, &scan.data)?;
         self.map_from_odom = update.map_from_base * scan.odom_from_base.inverse();
-        self.position_std_m = (update.covariance[(0, 0)] + update.covariance[(1, 1)]).max(0.0).sqrt();
+        self.position_std_m = (update.covariance[(0, 0)] + update.covariance[(1, 1)])
+            .max(0.0)
+            .sqrt();
         Ok(())
     }
 
@@ -134,17 +144,26 @@ impl Senses {
     ) -> Result<Vec<String>, AgentError> {
         let picture = robot.look()?;
         let mut frame = picture.data;
-        let footprint_m = robot.description().base.as_ref().map_or(0.0, |base| base.footprint_radius_m);
+        let footprint_m = robot
+            .description()
+            .base
+            .as_ref()
+            .map_or(0.0, |base| base.footprint_radius_m);
         blank_robot(&mut frame, footprint_m, base_from_held);
         let map_from_base = pose_from_planar(&(self.map_from_odom * picture.odom_from_base), 0.0);
         self.cloud.add(&map_from_base, &frame, |label| label == 0);
         let detections = match care {
             Care::Close => self.detector.detect(&frame),
-            Care::InPassing => self.detector.detect(&self.without_settled(&frame, &map_from_base, aosm)),
+            Care::InPassing => {
+                self.detector
+                    .detect(&self.without_settled(&frame, &map_from_base, aosm))
+            }
         };
         let mut detections = detections?;
         detections.retain(|detection| !is_held(detection, base_from_held));
-        let tracks = self.tracker.observe(&map_from_base, self.position_std_m, &detections);
+        let tracks = self
+            .tracker
+            .observe(&map_from_base, self.position_std_m, &detections);
         let mut changed = Vec::new();
         for (track, detection) in tracks.into_iter().zip(&detections) {
             if let Some(name) = self.take_over(track, aosm)? {
@@ -158,7 +177,9 @@ impl Senses {
 
     /// Brings a tracked object into the map, once it has been seen often enough.
     fn take_over(&mut self, track: TrackId, aosm: &mut Aosm) -> Result<Option<String>, AgentError> {
-        let Some(tracked) = self.tracker.object(track) else { return Ok(None) };
+        let Some(tracked) = self.tracker.object(track) else {
+            return Ok(None);
+        };
         if tracked.n_seen < N_SEEN_MIN {
             return Ok(None);
         }
@@ -169,7 +190,8 @@ impl Senses {
                 // Nor can two large things of a class stand in one another.
                 let gate_m = TrackerParams::default().gate_m + self.radius_m(&tracked.class);
                 let known = aosm.objects_of(&tracked.class).find(|object| {
-                    let apart = object.map_from_object.translation.vector - tracked.map_from_object.translation.vector;
+                    let apart = object.map_from_object.translation.vector
+                        - tracked.map_from_object.translation.vector;
                     apart.norm() < gate_m
                 });
                 let name = match known {
@@ -201,13 +223,16 @@ impl Senses {
         let settled: Vec<u16> = (1..=frame.label_classes.len() as u16)
             .filter(|label| {
                 let class = &frame.label_classes[usize::from(*label) - 1];
-                let Some(center) = frame.cloud_in_base(|l| l == *label).centroid() else { return false };
+                let Some(center) = frame.cloud_in_base(|l| l == *label).centroid() else {
+                    return false;
+                };
                 let center = map_from_base * center;
                 let reach_m = TrackerParams::default().gate_m + self.radius_m(class);
                 aosm.objects_of(class).any(|object| {
                     object.position_std_m < SETTLED_M
                         && object.location == Location::Loose
-                        && (Point3::from(object.map_from_object.translation.vector) - center).norm() < reach_m
+                        && (Point3::from(object.map_from_object.translation.vector) - center).norm()
+                            < reach_m
                 })
             })
             .collect();
@@ -221,7 +246,10 @@ impl Senses {
 
     /// Half the longest edge of a class's bounding box, metres.
     fn radius_m(&self, class: &str) -> f64 {
-        let bounds = self.appearances.get(class).and_then(|appearance| appearance.model.surface.bounds());
+        let bounds = self
+            .appearances
+            .get(class)
+            .and_then(|appearance| appearance.model.surface.bounds());
         bounds.map_or(0.0, |(low, high)| (high - low).max() / 2.0)
     }
 
@@ -236,31 +264,62 @@ impl Senses {
         if detection.distance_m > JOINT_RANGE_M {
             return Ok(());
         }
-        let Some(appearance) = self.appearances.get(&detection.class) else { return Ok(()) };
-        let points: Vec<Point3<f64>> = frame.cloud_in_base(|label| label == detection.label).points().to_vec();
+        let Some(appearance) = self.appearances.get(&detection.class) else {
+            return Ok(());
+        };
+        let points: Vec<Point3<f64>> = frame
+            .cloud_in_base(|label| label == detection.label)
+            .points()
+            .to_vec();
         let base_from_object = map_from_base.inverse() * aosm.object(name)?.map_from_object;
         for (joint, model) in &appearance.joints {
-            let read = model.joint_state_from_cloud(&points, &base_from_object, &ArticulationParams::default());
+            let read = model.joint_state_from_cloud(
+                &points,
+                &base_from_object,
+                &ArticulationParams::default(),
+            );
             // Points that do not tell leave the belief as it is.
             if let Ok(read) = read {
-                aosm.object_mut(name)?.joints.insert(joint.clone(), read.position);
+                aosm.object_mut(name)?
+                    .joints
+                    .insert(joint.clone(), read.position);
             }
         }
         Ok(())
     }
 
     /// Forgets loose movable objects where the camera sees that there is nothing any more.
-    fn forget_gone(&mut self, frame: &DepthFrame, map_from_base: &Pose, aosm: &mut Aosm) -> Result<(), AgentError> {
+    fn forget_gone(
+        &mut self,
+        frame: &DepthFrame,
+        map_from_base: &Pose,
+        aosm: &mut Aosm,
+    ) -> Result<(), AgentError> {
         let mut gone = Vec::new();
-        for object in aosm.objects.values().filter(|object| object.location == Location::Loose) {
-            let is_movable = aosm.classes.get(&object.class).is_some_and(|class| class.movable);
-            let Some(appearance) = self.appearances.get(&object.class).filter(|_| is_movable) else { continue };
+        for object in aosm
+            .objects
+            .values()
+            .filter(|object| object.location == Location::Loose)
+        {
+            let is_movable = aosm
+                .classes
+                .get(&object.class)
+                .is_some_and(|class| class.movable);
+            let Some(appearance) = self.appearances.get(&object.class).filter(|_| is_movable)
+            else {
+                continue;
+            };
             let base_from_object = map_from_base.inverse() * object.map_from_object;
             if base_from_object.translation.vector.norm() > ABSENCE_RANGE_M {
                 continue;
             }
             let n_absent = self.n_absent.entry(object.name.clone()).or_insert(0);
-            match presence(frame, &appearance.model, &base_from_object, &PresenceParams::default()) {
+            match presence(
+                frame,
+                &appearance.model,
+                &base_from_object,
+                &PresenceParams::default(),
+            ) {
                 Presence::Gone { .. } => *n_absent += 1,
                 Presence::Seen { .. } => *n_absent = 0,
                 Presence::Hidden | Presence::OutOfView => {}
@@ -279,8 +338,12 @@ impl Senses {
 
     /// Forgets the tracks of an object: it was moved, by the robot or by somebody else.
     pub(crate) fn forget(&mut self, name: &str) {
-        let tracks: Vec<TrackId> =
-            self.names.iter().filter(|(_, known)| *known == name).map(|(track, _)| *track).collect();
+        let tracks: Vec<TrackId> = self
+            .names
+            .iter()
+            .filter(|(_, known)| *known == name)
+            .map(|(track, _)| *track)
+            .collect();
         for track in tracks {
             self.names.remove(&track);
             self.tracker.forget(track);
@@ -295,7 +358,9 @@ fn blank_robot(frame: &mut DepthFrame, footprint_m: f64, base_from_held: Option<
     let held = base_from_held.map(|pose| Point3::from(pose.translation.vector));
     for row in 0..frame.height {
         for column in 0..frame.width {
-            let Some(point) = frame.point_in_optical(column, row) else { continue };
+            let Some(point) = frame.point_in_optical(column, row) else {
+                continue;
+            };
             let point = frame.base_from_optical * point;
             let is_held = held.is_some_and(|held| (point - held).norm() < HELD_M);
             if is_held || point.xy().coords.norm() < footprint_m {

@@ -17,6 +17,12 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { n_attempts_max: 3, n_replans_max: 4, n_base_samples: 200, n_base_checks: 16, clearance_m: 0.08 }
+        Self {
+            n_attempts_max: 3,
+            n_replans_max: 4,
+            n_base_samples: 200,
+            n_base_checks: 16,
+            clearance_m: 0.08,
+        }
     }
 }

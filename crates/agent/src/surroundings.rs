@@ -23,12 +23,16 @@ pub(crate) fn obstacles_from_points(points_in_base: &[Point3<f64>]) -> Vec<Obsta
     for point in points_in_base {
         if point.z > FLOOR_M && point.xy().coords.norm() < REACH_M {
             let key = (index(point.y), index(point.x), index(point.z));
-            voxels.entry(key).or_insert_with(|| Bounds::of(point)).add(point);
+            voxels
+                .entry(key)
+                .or_insert_with(|| Bounds::of(point))
+                .add(point);
         }
     }
     let mut boxes: Vec<Slab> = Vec::new();
     for run in columns(&voxels) {
-        let extends = |slab: &&mut Slab| slab.y == run.y && slab.x_last + 1 == run.x_first && slab.z == run.z;
+        let extends =
+            |slab: &&mut Slab| slab.y == run.y && slab.x_last + 1 == run.x_first && slab.z == run.z;
         match boxes.iter_mut().rev().take(64).find(extends) {
             Some(slab) => {
                 slab.x_last = run.x_first;
@@ -37,7 +41,11 @@ pub(crate) fn obstacles_from_points(points_in_base: &[Point3<f64>]) -> Vec<Obsta
             None => boxes.push(run),
         }
     }
-    boxes.iter().enumerate().map(|(number, slab)| slab.bounds.as_obstacle(number)).collect()
+    boxes
+        .iter()
+        .enumerate()
+        .map(|(number, slab)| slab.bounds.as_obstacle(number))
+        .collect()
 }
 
 fn index(coordinate_m: f64) -> i64 {
@@ -53,7 +61,10 @@ struct Bounds {
 
 impl Bounds {
     fn of(point: &Point3<f64>) -> Self {
-        Self { lower: point.coords, upper: point.coords }
+        Self {
+            lower: point.coords,
+            upper: point.coords,
+        }
     }
 
     fn add(&mut self, point: &Point3<f64>) {
@@ -72,7 +83,9 @@ impl Bounds {
         let half = (self.upper - self.lower) / 2.0 + Vector3::repeat(PAD_M);
         Obstacle {
             name: format!("seen_{number}"),
-            shape: ObstacleShape::Box { half_extents_m: half.into() },
+            shape: ObstacleShape::Box {
+                half_extents_m: half.into(),
+            },
             base_from_obstacle: Isometry3::translation(middle.x, middle.y, middle.z),
         }
     }
@@ -97,7 +110,13 @@ fn columns(voxels: &BTreeMap<(i64, i64, i64), Bounds>) -> Vec<Slab> {
                 run.z.1 = z;
                 run.bounds.join(bounds);
             }
-            _ => runs.push(Slab { y, x_first: x, x_last: x, z: (z, z), bounds: *bounds }),
+            _ => runs.push(Slab {
+                y,
+                x_first: x,
+                x_last: x,
+                z: (z, z),
+                bounds: *bounds,
+            }),
         }
     }
     runs
@@ -116,7 +135,9 @@ pub(crate) fn without_object(
     const SUPPORT_M: f64 = 0.015;
     points.retain(|point| {
         let in_object = base_from_object.inverse_transform_point(point);
-        let is_on_it = surface.nearest(&in_object).is_some_and(|(_, square_m2)| square_m2 < NEAR_M * NEAR_M);
+        let is_on_it = surface
+            .nearest(&in_object)
+            .is_some_and(|(_, square_m2)| square_m2 < NEAR_M * NEAR_M);
         !is_on_it || (is_standing && in_object.z < SUPPORT_M)
     });
 }
@@ -128,13 +149,19 @@ mod tests {
     #[test]
     fn a_flat_patch_becomes_few_slabs_that_cover_it() {
         let patch: Vec<Point3<f64>> = (0..40)
-            .flat_map(|i| (0..40).map(move |j| Point3::new(0.4 + 0.01 * f64::from(i), -0.2 + 0.01 * f64::from(j), 0.75)))
+            .flat_map(|i| {
+                (0..40).map(move |j| {
+                    Point3::new(0.4 + 0.01 * f64::from(i), -0.2 + 0.01 * f64::from(j), 0.75)
+                })
+            })
             .collect();
         let boxes = obstacles_from_points(&patch);
         assert!(boxes.len() <= 12, "{} boxes for a 0.4 m patch", boxes.len());
         for point in &patch {
             let covered = boxes.iter().any(|obstacle| {
-                let ObstacleShape::Box { half_extents_m } = &obstacle.shape else { return false };
+                let ObstacleShape::Box { half_extents_m } = &obstacle.shape else {
+                    return false;
+                };
                 let local = obstacle.base_from_obstacle.inverse() * point;
                 (0..3).all(|i| local[i].abs() <= half_extents_m[i] + 1e-9)
             });
@@ -144,6 +171,9 @@ mod tests {
 
     #[test]
     fn the_floor_and_the_far_wall_are_no_obstacles_of_the_arm() {
-        assert!(obstacles_from_points(&[Point3::new(0.5, 0.0, 0.01), Point3::new(3.0, 0.0, 1.0)]).is_empty());
+        assert!(
+            obstacles_from_points(&[Point3::new(0.5, 0.0, 0.01), Point3::new(3.0, 0.0, 1.0)])
+                .is_empty()
+        );
     }
 }

@@ -1,18 +1,28 @@
 //! Telling the observer, and doing what it wishes.
 
-use crate::{AgentError, Event, ExecutedStep, Executive, LogLevel, StepKind, StepState, StepView, Wish};
+use crate::{
+    AgentError, Event, ExecutedStep, Executive, LogLevel, StepKind, StepState, StepView, Wish,
+};
 use factotum_task_planning::operator::GroundAction;
 
 impl Executive<'_> {
     pub(crate) fn log(&mut self, level: LogLevel, text: String) -> Result<(), AgentError> {
         let time_secs = self.robot.state()?.time_secs;
-        let wish = self.observer.observe(&Event::Log { time_secs, level, text });
+        let wish = self.observer.observe(&Event::Log {
+            time_secs,
+            level,
+            text,
+        });
         self.heed(wish)
     }
 
     pub(crate) fn show_map(&mut self) -> Result<(), AgentError> {
         let map_from_base = self.map_from_base()?;
-        let wish = self.observer.observe(&Event::Map { aosm: &self.aosm, graph: &self.graph, map_from_base });
+        let wish = self.observer.observe(&Event::Map {
+            aosm: &self.aosm,
+            graph: &self.graph,
+            map_from_base,
+        });
         self.heed(wish)
     }
 
@@ -29,7 +39,11 @@ impl Executive<'_> {
         self.steps = plan
             .iter()
             .flat_map(|step| {
-                let place = step.args.last().map(std::slice::from_ref).unwrap_or_default();
+                let place = step
+                    .args
+                    .last()
+                    .map(std::slice::from_ref)
+                    .unwrap_or_default();
                 [
                     view("navigate", place, StepKind::Navigate),
                     view(&step.name, &step.args, StepKind::Manipulate),
@@ -54,7 +68,12 @@ impl Executive<'_> {
     }
 
     pub(crate) fn mark_rest_skipped(&mut self, from: usize) -> Result<(), AgentError> {
-        for step in self.steps.iter_mut().skip(from).filter(|step| step.state == StepState::Pending) {
+        for step in self
+            .steps
+            .iter_mut()
+            .skip(from)
+            .filter(|step| step.state == StepState::Pending)
+        {
             step.state = StepState::Skipped;
         }
         self.show_steps()
@@ -96,7 +115,11 @@ impl Executive<'_> {
         self.report.executed.push(ExecutedStep {
             action: action.to_owned(),
             args: args.to_vec(),
-            outcome: outcome.as_ref().err().cloned().unwrap_or_else(|| "done".to_owned()),
+            outcome: outcome
+                .as_ref()
+                .err()
+                .cloned()
+                .unwrap_or_else(|| "done".to_owned()),
             is_done: outcome.is_ok(),
             attempts,
             robot_secs,

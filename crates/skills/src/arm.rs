@@ -1,12 +1,14 @@
 //! Moving the arm: plan, time, send, wait, and say why not.
 
 use factotum_control::{
-    Command, GripperGoal, Impedance, MotionStatus, Robot, RobotError, RobotState, ToolPath, send_and_wait,
+    Command, GripperGoal, Impedance, MotionStatus, Robot, RobotError, RobotState, ToolPath,
+    send_and_wait,
 };
 use factotum_geometry::Pose;
 use factotum_motion::{
-    CartesianFailure, CartesianFailureReason, IkOptions, IkOutcome, MotionError, PathOutcome, PlanLimits,
-    PlanningScene, RobotModel, ToolLineOptions, plan_joints, plan_tool_line, solve_ik, time_path,
+    CartesianFailure, CartesianFailureReason, IkOptions, IkOutcome, MotionError, PathOutcome,
+    PlanLimits, PlanningScene, RobotModel, ToolLineOptions, plan_joints, plan_tool_line, solve_ik,
+    time_path,
 };
 use rand_chacha::ChaCha8Rng;
 
@@ -81,7 +83,9 @@ pub struct ArmMotion<'a> {
 
 impl std::fmt::Debug for ArmMotion<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("ArmMotion").field("robot", &self.model.description().name).finish_non_exhaustive()
+        f.debug_struct("ArmMotion")
+            .field("robot", &self.model.description().name)
+            .finish_non_exhaustive()
     }
 }
 
@@ -109,9 +113,14 @@ impl<'a> ArmMotion<'a> {
         object: &str,
     ) -> Result<(), Stop> {
         let start = self.configuration()?;
-        let no_way = |detail: String| Failure::NoWay { object: object.to_owned(), detail };
+        let no_way = |detail: String| Failure::NoWay {
+            object: object.to_owned(),
+            detail,
+        };
         match plan_joints(scene, &start, goals, &PlanLimits::default(), self.rng) {
-            PathOutcome::Solved(plan) => self.follow(&plan.path, SPEED_FREE, &format!("move to {object}")),
+            PathOutcome::Solved(plan) => {
+                self.follow(&plan.path, SPEED_FREE, &format!("move to {object}"))
+            }
             PathOutcome::StartInCollision(pair) => {
                 Err(no_way(format!("`{}` touches `{}` already", pair.0, pair.1)).into())
             }
@@ -122,7 +131,9 @@ impl<'a> ArmMotion<'a> {
                 Err(no_way(format!("joint `{joint}` would be beyond its limit")).into())
             }
             PathOutcome::NoGoal => Err(no_way("no posture to go to".to_owned()).into()),
-            PathOutcome::LimitReached { .. } => Err(no_way("the search reached its limit".to_owned()).into()),
+            PathOutcome::LimitReached { .. } => {
+                Err(no_way("the search reached its limit".to_owned()).into())
+            }
         }
     }
 
@@ -154,7 +165,8 @@ impl<'a> ArmMotion<'a> {
         }
         let trajectory = time_path(self.model, path, speed)?;
         let timeout_secs = trajectory.duration_secs() + PATIENCE_SECS;
-        self.send(Command::Joints(trajectory), timeout_secs, doing).map(|_| ())
+        self.send(Command::Joints(trajectory), timeout_secs, doing)
+            .map(|_| ())
     }
 
     /// Moves the tool compliantly through poses in the base frame.
@@ -190,19 +202,31 @@ impl<'a> ArmMotion<'a> {
         const TIMEOUT_SECS: f64 = 4.0;
         if self.model.description().gripper.is_some() {
             let goal = GripperGoal { opening, force_n };
-            send_and_wait(self.robot, Command::Gripper(goal), TIMEOUT_SECS, &mut |_| Ok(true))?;
+            send_and_wait(
+                self.robot,
+                Command::Gripper(goal),
+                TIMEOUT_SECS,
+                &mut |_| Ok(true),
+            )?;
         }
         Ok(self.robot.state()?.gripper_opening)
     }
 
-    fn send(&mut self, command: Command, timeout_secs: f64, doing: &str) -> Result<MotionStatus, Stop> {
+    fn send(
+        &mut self,
+        command: Command,
+        timeout_secs: f64,
+        doing: &str,
+    ) -> Result<MotionStatus, Stop> {
         let status = send_and_wait(self.robot, command, timeout_secs, &mut |_| Ok(true))?;
         match status {
             MotionStatus::Done | MotionStatus::Guarded => Ok(status),
             MotionStatus::Preempted | MotionStatus::Active => Err(Failure::OnRequest.into()),
-            MotionStatus::Aborted(reason) => {
-                Err(Failure::Stopped { doing: doing.to_owned(), reason }.into())
+            MotionStatus::Aborted(reason) => Err(Failure::Stopped {
+                doing: doing.to_owned(),
+                reason,
             }
+            .into()),
         }
     }
 }
@@ -227,17 +251,28 @@ pub(crate) fn find_tool_way(
     seeds: &[Vec<f64>],
     rng: &mut ChaCha8Rng,
 ) -> Result<ToolWay, String> {
-    let Some((first, rest)) = poses.split_first() else { return Err("no poses".to_owned()) };
-    let options = IkOptions { avoid_collision: true, ..IkOptions::default() };
+    let Some((first, rest)) = poses.split_first() else {
+        return Err("no poses".to_owned());
+    };
+    let options = IkOptions {
+        avoid_collision: true,
+        ..IkOptions::default()
+    };
     match solve_ik(free, first, seeds, &options, rng) {
         IkOutcome::Failed(failure) => Err(match failure.collision {
             Some((a, b)) => format!("`{a}` would touch `{b}`"),
-            None => format!("the nearest posture is {:.2} m off", failure.best_position_error_m),
+            None => format!(
+                "the nearest posture is {:.2} m off",
+                failure.best_position_error_m
+            ),
         }),
         IkOutcome::Solved(solution) => {
             plan_tool_line(near, &solution.q, rest, &ToolLineOptions::default())
                 .map_err(|failure| in_words(&failure))?;
-            Ok(ToolWay { start: solution.q, manipulability: solution.manipulability })
+            Ok(ToolWay {
+                start: solution.q,
+                manipulability: solution.manipulability,
+            })
         }
     }
 }
@@ -249,21 +284,31 @@ pub(crate) fn tool_line(
     poses: &[Pose],
     object: &str,
 ) -> Result<Vec<Vec<f64>>, Failure> {
-    plan_tool_line(scene, q, poses, &ToolLineOptions::default())
-        .map_err(|failure| Failure::NoWay { object: object.to_owned(), detail: in_words(&failure) })
+    plan_tool_line(scene, q, poses, &ToolLineOptions::default()).map_err(|failure| Failure::NoWay {
+        object: object.to_owned(),
+        detail: in_words(&failure),
+    })
 }
 
 fn in_words(failure: &CartesianFailure) -> String {
     let reason = match &failure.reason {
-        CartesianFailureReason::Unreachable { joint_at_limit: Some(joint), .. } => {
+        CartesianFailureReason::Unreachable {
+            joint_at_limit: Some(joint),
+            ..
+        } => {
             format!("joint `{joint}` is at its limit")
         }
-        CartesianFailureReason::Unreachable { position_error_m, .. } => {
+        CartesianFailureReason::Unreachable {
+            position_error_m, ..
+        } => {
             format!("the arm falls {position_error_m:.2} m short")
         }
         CartesianFailureReason::Jump { joint, .. } => format!("joint `{joint}` would have to jump"),
         CartesianFailureReason::Collision((a, b)) => format!("`{a}` would touch `{b}`"),
         CartesianFailureReason::BadStart => "the arm's state makes no sense".to_owned(),
     };
-    format!("{:.0} % of a straight way: {reason}", 100.0 * failure.fraction_done)
+    format!(
+        "{:.0} % of a straight way: {reason}",
+        100.0 * failure.fraction_done
+    )
 }

@@ -53,7 +53,12 @@ impl Articulate {
     }
 
     fn grasps<'a>(&self, situation: &'a Situation) -> Vec<&'a Grasp> {
-        let named = |grasp: &&Grasp| self.action.grasp.as_ref().is_none_or(|name| *name == grasp.name);
+        let named = |grasp: &&Grasp| {
+            self.action
+                .grasp
+                .as_ref()
+                .is_none_or(|name| *name == grasp.name)
+        };
         situation.object.class.grasps.iter().filter(named).collect()
     }
 
@@ -69,30 +74,55 @@ impl Articulate {
             Ok(joint) => joint,
             Err(failure) => return Ok(Err(failure)),
         };
-        let from = object.joints.get(&joint.name).copied().or(self.action.initiation).unwrap_or(0.0);
+        let from = object
+            .joints
+            .get(&joint.name)
+            .copied()
+            .or(self.action.initiation)
+            .unwrap_or(0.0);
         let to = self.action.termination.unwrap_or(from);
         let n_steps = ((to - from).abs() / ARC_STEP).ceil().max(1.0) as usize;
         let (mut free, mut near) = scenes(situation)?;
-        let opening = if self.action.contact == Contact::Push { 0.0 } else { 1.0 };
+        let opening = if self.action.contact == Contact::Push {
+            0.0
+        } else {
+            1.0
+        };
         free.set_gripper(opening);
         near.set_gripper(opening);
         let seeds = [seed.to_vec(), situation.robot.q_ready()];
         let mut detail = "its class has no grasp".to_owned();
         for grasp in self.grasps(situation) {
             for candidate in expand_grasp(grasp, N_TURNS) {
-                let at = |position: f64| object.base_from_object * joint.motion(0.0, position) * candidate.object_from_tcp;
+                let at = |position: f64| {
+                    object.base_from_object
+                        * joint.motion(0.0, position)
+                        * candidate.object_from_tcp
+                };
                 let before = at(from) * Translation3::new(0.0, 0.0, -STANDOFF_M);
                 let poses: Vec<Pose> = (0..=n_steps)
                     .map(|step| at(from + (to - from) * step as f64 / n_steps as f64))
                     .collect();
-                let all: Vec<Pose> = std::iter::once(before).chain(poses.iter().copied()).collect();
+                let all: Vec<Pose> = std::iter::once(before)
+                    .chain(poses.iter().copied())
+                    .collect();
                 match find_tool_way(&mut free, &mut near, &all, &seeds, rng) {
-                    Ok(way) => return Ok(Ok(Arc { before, poses, termination: to, way })),
+                    Ok(way) => {
+                        return Ok(Ok(Arc {
+                            before,
+                            poses,
+                            termination: to,
+                            way,
+                        }));
+                    }
                     Err(reason) => detail = reason,
                 }
             }
         }
-        Ok(Err(Failure::OutOfReach { object: object.name.clone(), detail }))
+        Ok(Err(Failure::OutOfReach {
+            object: object.name.clone(),
+            detail,
+        }))
     }
 
     fn attempt(
@@ -104,7 +134,9 @@ impl Articulate {
         let name = &situation.object.name;
         let joint = self.joint(situation)?.name.clone();
         let state = robot.state()?;
-        let seed = situation.robot.q_from_state(state.lift_m, &state.arm_positions);
+        let seed = situation
+            .robot
+            .q_from_state(state.lift_m, &state.arm_positions);
         let arc = self.arc(situation, &seed, rng)??;
         let (mut free, mut near) = scenes(situation)?;
         let is_push = self.action.contact == Contact::Push;
@@ -121,7 +153,11 @@ impl Articulate {
         }
         let needs = ToolPathNeeds {
             speed_m_per_s: SPEED_M_PER_S,
-            impedance: Impedance { kp_position: 200.0, kp_rotation: 100.0, damping_ratio: 1.0 },
+            impedance: Impedance {
+                kp_position: 200.0,
+                kp_rotation: 100.0,
+                damping_ratio: 1.0,
+            },
             stop_force_n: None,
             tolerance_m: TOLERANCE_M,
         };
@@ -132,11 +168,17 @@ impl Articulate {
         // Back off even when the arc failed: a skill ends in free space (thesis 3.4.1).
         let last = arc.poses.last().copied().unwrap_or(arc.before);
         let clear = last * Translation3::new(0.0, 0.0, -STANDOFF_M);
-        let gentle = ToolPathNeeds { tolerance_m: STANDOFF_M, ..needs };
+        let gentle = ToolPathNeeds {
+            tolerance_m: STANDOFF_M,
+            ..needs
+        };
         let backed_off = arm.tool(&[last, clear], &gentle, &format!("back off from {name}"));
         moved?;
         backed_off?;
-        Ok(Outcome::Done { tcp_from_held: None, joints: [(joint, arc.termination)].into() })
+        Ok(Outcome::Done {
+            tcp_from_held: None,
+            joints: [(joint, arc.termination)].into(),
+        })
     }
 }
 
@@ -157,7 +199,9 @@ impl Skill for Articulate {
         state: &RobotState,
         rng: &mut ChaCha8Rng,
     ) -> Result<Initiation, SkillError> {
-        let seed = situation.robot.q_from_state(state.lift_m, &state.arm_positions);
+        let seed = situation
+            .robot
+            .q_from_state(state.lift_m, &state.arm_positions);
         Ok(match self.arc(situation, &seed, rng)? {
             Ok(_) => Initiation::Possible,
             Err(failure) => Initiation::Impossible(failure),

@@ -45,13 +45,20 @@ impl Pick {
     ) -> Result<Result<Vec<GraspWay>, Failure>, SkillError> {
         let object = &situation.object;
         if object.class.grasps.is_empty() {
-            return Ok(Err(Failure::NotDescribed { class: object.class.name.clone(), what: "grasp".to_owned() }));
+            return Ok(Err(Failure::NotDescribed {
+                class: object.class.name.clone(),
+                what: "grasp".to_owned(),
+            }));
         }
         let (mut free, mut near) = scenes(situation)?;
         let mut seeds = vec![seed.to_vec(), situation.robot.q_ready()];
         let mut ways: Vec<GraspWay> = Vec::new();
         let mut detail = String::new();
-        let candidates = object.class.grasps.iter().flat_map(|grasp| expand_grasp(grasp, N_TURNS));
+        let candidates = object
+            .class
+            .grasps
+            .iter()
+            .flat_map(|grasp| expand_grasp(grasp, N_TURNS));
         for (index, candidate) in candidates.enumerate() {
             if self.without.contains(&index) {
                 continue;
@@ -62,7 +69,10 @@ impl Pick {
             match find_tool_way(&mut free, &mut near, &[before, grasp, lifted], &seeds, rng) {
                 Ok(approach) => {
                     seeds.push(approach.start.clone());
-                    ways.push(GraspWay { base_from_tcp: grasp, approach });
+                    ways.push(GraspWay {
+                        base_from_tcp: grasp,
+                        approach,
+                    });
                 }
                 Err(reason) => detail = reason,
             }
@@ -71,9 +81,16 @@ impl Pick {
             }
         }
         if ways.is_empty() {
-            return Ok(Err(Failure::OutOfReach { object: object.name.clone(), detail }));
+            return Ok(Err(Failure::OutOfReach {
+                object: object.name.clone(),
+                detail,
+            }));
         }
-        ways.sort_by(|a, b| b.approach.manipulability.total_cmp(&a.approach.manipulability));
+        ways.sort_by(|a, b| {
+            b.approach
+                .manipulability
+                .total_cmp(&a.approach.manipulability)
+        });
         Ok(Ok(ways))
     }
 
@@ -85,7 +102,9 @@ impl Pick {
     ) -> Result<Outcome, Stop> {
         let name = &situation.object.name;
         let state = robot.state()?;
-        let seed = situation.robot.q_from_state(state.lift_m, &state.arm_positions);
+        let seed = situation
+            .robot
+            .q_from_state(state.lift_m, &state.arm_positions);
         let ways = self.ways(situation, &seed, rng)??;
         let (mut free, mut near) = scenes(situation)?;
         let mut arm = ArmMotion::new(robot, &situation.robot, rng);
@@ -106,18 +125,32 @@ impl Pick {
             arm.follow_near(&to_grasp, &format!("approach {name}"))?;
             if arm.grip(0.0, grip_force(situation))? < EMPTY_OPENING {
                 arm.grip(1.0, grip_force(situation))?;
-                return Err(Failure::Missed { object: name.clone() }.into());
+                return Err(Failure::Missed {
+                    object: name.clone(),
+                }
+                .into());
             }
             let q = arm.configuration()?;
             let up = tool_line(&mut near, &q, &[lifted], name)?;
             arm.follow_near(&up, &format!("lift {name}"))?;
             if arm.state()?.gripper_opening < EMPTY_OPENING {
-                return Err(Failure::Slipped { object: name.clone() }.into());
+                return Err(Failure::Slipped {
+                    object: name.clone(),
+                }
+                .into());
             }
             let tcp_from_object = way.base_from_tcp.inverse() * situation.object.base_from_object;
-            return Ok(Outcome::Done { tcp_from_held: Some(tcp_from_object), joints: Default::default() });
+            return Ok(Outcome::Done {
+                tcp_from_held: Some(tcp_from_object),
+                joints: Default::default(),
+            });
         }
-        Err(refused.unwrap_or_else(|| Failure::NoWay { object: name.clone(), detail: String::new() }).into())
+        Err(refused
+            .unwrap_or_else(|| Failure::NoWay {
+                object: name.clone(),
+                detail: String::new(),
+            })
+            .into())
     }
 }
 
@@ -132,7 +165,9 @@ impl Skill for Pick {
         state: &RobotState,
         rng: &mut ChaCha8Rng,
     ) -> Result<Initiation, SkillError> {
-        let seed = situation.robot.q_from_state(state.lift_m, &state.arm_positions);
+        let seed = situation
+            .robot
+            .q_from_state(state.lift_m, &state.arm_positions);
         Ok(match self.ways(situation, &seed, rng)? {
             Ok(_) => Initiation::Possible,
             Err(failure) => Initiation::Impossible(failure),
@@ -162,5 +197,10 @@ pub(crate) fn scenes(situation: &Situation) -> Result<(PlanningScene, PlanningSc
 }
 
 pub(crate) fn grip_force(situation: &Situation) -> f64 {
-    situation.robot.description().gripper.as_ref().map_or(0.0, |gripper| gripper.force_max_n)
+    situation
+        .robot
+        .description()
+        .gripper
+        .as_ref()
+        .map_or(0.0, |gripper| gripper.force_max_n)
 }

@@ -58,7 +58,11 @@ impl Place {
         let mut obstacles = situation.obstacles.clone();
         obstacles.extend(situation.target.iter().map(crate::ObjectView::as_obstacle));
         let held = situation.held.as_ref().map(crate::HeldView::as_held);
-        Ok(PlanningScene::new(&situation.robot, &obstacles, held.as_ref())?)
+        Ok(PlanningScene::new(
+            &situation.robot,
+            &obstacles,
+            held.as_ref(),
+        )?)
     }
 
     fn way(
@@ -81,7 +85,10 @@ impl Place {
                 Err(reason) => detail = reason,
             }
         }
-        let object = situation.target.as_ref().map_or_else(String::new, |target| target.name.clone());
+        let object = situation
+            .target
+            .as_ref()
+            .map_or_else(String::new, |target| target.name.clone());
         Ok(Err(Failure::OutOfReach { object, detail }))
     }
 
@@ -92,9 +99,14 @@ impl Place {
         rng: &mut ChaCha8Rng,
     ) -> Result<Outcome, Stop> {
         let state = robot.state()?;
-        let seed = situation.robot.q_from_state(state.lift_m, &state.arm_positions);
+        let seed = situation
+            .robot
+            .q_from_state(state.lift_m, &state.arm_positions);
         let (way, pose) = self.way(situation, &seed, rng)??;
-        let target = situation.target.as_ref().map_or("the target", |target| target.name.as_str());
+        let target = situation
+            .target
+            .as_ref()
+            .map_or("the target", |target| target.name.as_str());
         let mut scene = Self::scene(situation)?;
         let mut arm = ArmMotion::new(robot, &situation.robot, rng);
         arm.go(&mut scene, &[way.start], target)?;
@@ -110,7 +122,10 @@ impl Place {
                 break;
             }
         }
-        Ok(Outcome::Done { tcp_from_held: None, joints: Default::default() })
+        Ok(Outcome::Done {
+            tcp_from_held: None,
+            joints: Default::default(),
+        })
     }
 }
 
@@ -125,7 +140,9 @@ impl Skill for Place {
         state: &RobotState,
         rng: &mut ChaCha8Rng,
     ) -> Result<Initiation, SkillError> {
-        let seed = situation.robot.q_from_state(state.lift_m, &state.arm_positions);
+        let seed = situation
+            .robot
+            .q_from_state(state.lift_m, &state.arm_positions);
         Ok(match self.way(situation, &seed, rng)? {
             Ok(_) => Initiation::Possible,
             Err(failure) => Initiation::Impossible(failure),

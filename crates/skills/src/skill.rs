@@ -49,7 +49,11 @@ impl ObjectView {
     pub(crate) fn shape(&self) -> ObstacleShape {
         ObstacleShape::Model {
             file: self.class.model.clone(),
-            joint_positions: self.joints.iter().map(|(name, q)| (name.clone(), *q)).collect(),
+            joint_positions: self
+                .joints
+                .iter()
+                .map(|(name, q)| (name.clone(), *q))
+                .collect(),
         }
     }
 }
@@ -69,7 +73,10 @@ impl HeldView {
     /// The held object as part of the arm.
     pub fn as_held(&self) -> HeldObject {
         HeldObject {
-            shape: ObstacleShape::Model { file: self.class.model.clone(), joint_positions: Vec::new() },
+            shape: ObstacleShape::Model {
+                file: self.class.model.clone(),
+                joint_positions: Vec::new(),
+            },
             tcp_from_object: self.tcp_from_object,
         }
     }
