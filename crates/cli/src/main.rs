@@ -14,6 +14,8 @@ mod audience;
 mod belief;
 mod console;
 mod doctor;
+mod experiment;
+mod explore;
 mod home;
 mod map;
 mod plan;
@@ -21,6 +23,7 @@ mod result;
 mod robot;
 mod run;
 mod session;
+mod studio;
 mod watch;
 mod wire_view;
 
@@ -49,7 +52,9 @@ Examples:
   factotum run                                       watch a robot do three chores in a simulated home
   factotum run --headless --goal turn-light-off      one chore, no page
   factotum plan domain.pddl problem.pddl             task planning alone
+  factotum map explore --out home                    a home folder from a robot's own exploring
   factotum map import map.yaml --out home            a home folder from a ROS map_server map
+  factotum experiment run chores --seeds 20          how often the chores succeed
   factotum robot check my-robot/                     is my robot.toml right?
   factotum doctor                                    what is installed, what is missing
 
@@ -64,9 +69,14 @@ enum Command {
     /// Look at a home folder.
     #[command(subcommand)]
     Home(home::HomeCommand),
-    /// Occupancy grids: import and export.
+    /// Occupancy grids: explore, import and export.
     #[command(subcommand)]
     Map(map::MapCommand),
+    /// Look at a stored home in the browser.
+    Studio(studio::StudioArgs),
+    /// Experiments over many seeds.
+    #[command(subcommand)]
+    Experiment(experiment::ExperimentCommand),
     /// Check a robot of your own.
     #[command(subcommand)]
     Robot(robot::RobotCommand),
@@ -82,6 +92,8 @@ fn main() -> ExitCode {
         Command::Plan(args) => plan::plan(args, &console),
         Command::Home(command) => home::home(command, &console),
         Command::Map(command) => map::map(command, &console),
+        Command::Studio(args) => studio::studio(args, &console),
+        Command::Experiment(command) => experiment::experiment(command, &console),
         Command::Robot(command) => robot::robot(command, &console),
         Command::Doctor => doctor::doctor(&console),
     };

@@ -8,10 +8,13 @@ use factotum_semantic_map::{Aosm, home_folder};
 use serde_json::json;
 
 use crate::console::{Answer, Console, usage};
+use crate::explore::{ExploreArgs, explore};
 
 /// Arguments of `factotum map`.
 #[derive(Debug, Subcommand)]
 pub(crate) enum MapCommand {
+    /// Let a robot explore a simulated home, and keep what it found as a home folder.
+    Explore(ExploreArgs),
     /// Make a home folder from a ROS map_server map.
     Import {
         /// The map's YAML file.
@@ -36,6 +39,7 @@ pub(crate) enum MapCommand {
 /// Runs `factotum map`.
 pub(crate) fn map(command: &MapCommand, console: &Console) -> anyhow::Result<Answer> {
     match command {
+        MapCommand::Explore(args) => return explore(args, console),
         MapCommand::Import { yaml, out, name } => {
             let stored = StoredMap::read(yaml).map_err(usage)?;
             let grid = stored.checked_grid().map_err(usage)?;

@@ -44,6 +44,9 @@ pub(crate) struct RunArgs {
     /// `runs/<UTC date>-<scene>-<seed>`.
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Keep nothing but the answer.
+    #[arg(long, conflicts_with = "out")]
+    no_folder: bool,
 }
 
 /// What may go wrong on request.
@@ -82,13 +85,17 @@ pub(crate) fn run(args: &RunArgs, console: &Console) -> anyhow::Result<Answer> {
     let models = args.world.load()?;
     let chores = chores_of(&models.0, args.goal.as_deref())?;
     let planner = planner(args.planner)?;
-    let mut folder = make_folder(args, models.0.name(), started)?;
+    let mut folder = if args.no_folder {
+        None
+    } else {
+        Some(make_folder(args, models.0.name(), started)?)
+    };
     let fault = args.fault.map(Fault::from);
     let mut session = Session::begin(
         &args.world,
         models,
         fault,
-        Some(folder.path()),
+        folder.as_ref().map(RunFolder::path),
         started,
         console,
     )?;
@@ -101,7 +108,7 @@ pub(crate) fn run(args: &RunArgs, console: &Console) -> anyhow::Result<Answer> {
         failed: None,
     };
     let home = HomeKeeper {
-        dir: folder.file(HOME_NAME),
+        dir: folder.as_ref().map(|folder| folder.file(HOME_NAME)),
         name: session.sim.scene().name().to_owned(),
         audience: session.audience.clone(),
     };
@@ -131,10 +138,14 @@ pub(crate) fn run(args: &RunArgs, console: &Console) -> anyhow::Result<Answer> {
         (None, true) => 0,
         (None, false) => 1,
     };
-    keep_result(&mut folder, &result, &session.audience, args, exit_code);
+    if let Some(folder) = &mut folder {
+        keep_result(folder, &result, &session.audience, args, exit_code);
+    }
 
     console.answer(&result.document(), || result.text())?;
-    console.say(format_args!("run folder: {}", folder.path().display()));
+    if let Some(folder) = &folder {
+        console.say(format_args!("run folder: {}", folder.path().display()));
+    }
     let troubles = session.audience.take_troubles();
     for trouble in &troubles {
         console.error(trouble);
@@ -144,10 +155,7 @@ pub(crate) fn run(args: &RunArgs, console: &Console) -> anyhow::Result<Answer> {
     }
     match (fault_of_ours, troubles.is_empty()) {
         (Some(error), _) => Err(error.into()),
-        (None, false) => Err(anyhow::anyhow!(
-            "the run folder `{}` is not whole",
-            folder.path().display()
-        )),
+        (None, false) => Err(anyhow::anyhow!("the run folder is not whole")),
         (None, true) => Ok(Answer::from(result.is_achieved())),
     }
 }
@@ -190,14 +198,16 @@ fn make_folder(args: &RunArgs, scene: &str, started: UtcTime) -> anyhow::Result<
 
 /// Writes the home folder whenever much has been learned, so that a crash leaves what was known.
 struct HomeKeeper {
-    dir: PathBuf,
+    dir: Option<PathBuf>,
     name: String,
     audience: Audience,
 }
 
 impl HomeKeeper {
     fn keep(&self, aosm: &Aosm) {
-        if let Err(error) = home_folder::write(&self.dir, &self.name, aosm) {
+        if let Some(dir) = &self.dir
+            && let Err(error) = home_folder::write(dir, &self.name, aosm)
+        {
             self.audience.add_trouble(error.into());
         }
     }

@@ -20,6 +20,8 @@ import { currentTheme, onThemeChange } from "./theme";
 /** Longer gaps are pauses, not slow frames. */
 const FRAME_GAP_MAX_SECS = 0.1;
 const SUMMARY_MILLIS = 5000;
+/** Below this, metres, nothing belongs to a home. */
+const UNDERGROUND_M = -2;
 
 /** Draws into the stage for as long as the page is open; null where there is no WebGL 2. */
 export function createView(store: Store, stage: HTMLElement): View | null {
@@ -89,7 +91,13 @@ export class View {
       // New bodies stand where their scene has them, until the state is applied to them too.
       this.live = null;
       this.world.updateMatrixWorld(true);
-      const box = new Box3().setFromObject(this.bodies.root);
+      const box = new Box3();
+      for (const body of this.bodies.root.children.flatMap((source) => source.children)) {
+        // What is kept deep under the floor until it is needed is no part of the home.
+        if (body.position.z > UNDERGROUND_M) {
+          box.expandByObject(body);
+        }
+      }
       this.surroundings.fit(box);
       this.rig.fit(box);
       this.renderer.shadowMap.needsUpdate = true;

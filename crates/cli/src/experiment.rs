@@ -1,0 +1,150 @@
+//! `factotum experiment`: how often something succeeds, over many seeds.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand, ValueEnum};
+use factotum_experiments::sweep::{RESULTS_NAME, Sweep, summarize};
+use serde_json::json;
+
+use crate::console::{Answer, Console, usage};
+use crate::run::FaultName;
+use crate::watch::StopFlag;
+
+/// Arguments of `factotum experiment`.
+#[derive(Debug, Subcommand)]
+pub(crate) enum ExperimentCommand {
+    /// Name the experiments there are.
+    List,
+    /// Run an experiment; seeds that have a result under `--out` are not run again.
+    Run(ExperimentArgs),
+}
+
+/// Arguments of `factotum experiment run`.
+#[derive(Debug, Args)]
+pub(crate) struct ExperimentArgs {
+    /// Experiment.
+    #[arg(value_enum)]
+    name: ExperimentName,
+    /// Runs seeds 0 to N - 1.
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    seeds: u64,
+    /// Chore; every chore of the scene if absent.
+    #[arg(long)]
+    goal: Option<String>,
+    /// Something that goes wrong.
+    #[arg(long, value_enum)]
+    fault: Option<FaultName>,
+    /// Robot: a folder with `robot.toml`, or the name of a shipped one.
+    #[arg(long)]
+    robot: Option<PathBuf>,
+    /// Home: a folder with `scene.toml`, or the name of a shipped one.
+    #[arg(long)]
+    scene: Option<PathBuf>,
+    /// Runs at a time.
+    #[arg(long, default_value_t = 1)]
+    workers: usize,
+    /// Folder of the results. Default: `runs/<experiment>-<goal>-<fault>`.
+    #[arg(long)]
+    out: Option<PathBuf>,
+}
+
+/// The experiments there are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ExperimentName {
+    /// `factotum run --headless` a seed at a time: how often physics says that the chores are achieved.
+    Chores,
+}
+
+/// Runs `factotum experiment`.
+pub(crate) fn experiment(command: &ExperimentCommand, console: &Console) -> anyhow::Result<Answer> {
+    match command {
+        ExperimentCommand::List => {
+            let what = "how often the chores are achieved, over seeds; --goal and --fault choose";
+            console.answer(&json!([{"name": "chores", "what": what}]), || {
+                format!("chores  {what}")
+            })?;
+            Ok(Answer::Yes)
+        }
+        ExperimentCommand::Run(args) => chores(args, console),
+    }
+}
+
+fn chores(args: &ExperimentArgs, console: &Console) -> anyhow::Result<Answer> {
+    if args.seeds == 0 {
+        return Err(usage("--seeds is 0, expected at least 1"));
+    }
+    let stop = StopFlag::on_interrupt()?;
+    let fault = args.fault.and_then(|fault| fault.to_possible_value());
+    let fault = fault.as_ref().map(|fault| fault.get_name().to_owned());
+    let folder = args.out.clone().unwrap_or_else(|| {
+        let words = [Some("chores"), args.goal.as_deref(), fault.as_deref()];
+        PathBuf::from("runs").join(words.into_iter().flatten().collect::<Vec<_>>().join("-"))
+    });
+    let sweep = Sweep {
+        program: std::env::current_exe()?,
+        arguments: run_arguments(args, fault),
+        seeds: (0..args.seeds).collect(),
+        n_workers: args.workers,
+        folder: folder.clone(),
+    };
+    let results = sweep.run(stop.as_atomic(), |result| {
+        let word = match (result.is_success(), result.is_answered()) {
+            (true, _) => "achieved",
+            (false, true) => "not achieved",
+            (false, false) => "no answer",
+        };
+        console.say(format_args!(
+            "seed {:>3}: {word} in {:.1} s",
+            result.seed, result.wall_secs
+        ));
+    })?;
+    let is_complete = results.len() as u64 == args.seeds;
+    let Some(summary) = summarize(&results) else {
+        console.answer(&json!({"complete": false, "n_runs": 0}), || {
+            "no runs".to_owned()
+        })?;
+        return Ok(Answer::No);
+    };
+    console.answer(&json!({"complete": is_complete, "summary": summary}), || {
+        let interval = &summary.success;
+        let mut lines = vec![format!(
+            "{} of {} achieved; 95 % interval {:.0} to {:.0} % (Wilson); median {:.1} s, longest {:.1} s a run",
+            summary.n_successes,
+            summary.n_runs,
+            100.0 * interval.lower,
+            100.0 * interval.upper,
+            summary.wall_secs_median,
+            summary.wall_secs_max
+        )];
+        if !summary.seeds_failed.is_empty() {
+            lines.push(format!("not achieved: seeds {:?}", summary.seeds_failed));
+        }
+        if !summary.seeds_unanswered.is_empty() {
+            lines.push(format!("no answer: seeds {:?}", summary.seeds_unanswered));
+        }
+        lines.push(format!("results: `{}`", folder.join(RESULTS_NAME).display()));
+        lines.join("\n")
+    })?;
+    Ok(Answer::from(
+        is_complete && summary.n_successes == summary.n_runs,
+    ))
+}
+
+/// The run of one seed, but for `--seed`. It keeps no run folder: its document is in the results.
+fn run_arguments(args: &ExperimentArgs, fault: Option<String>) -> Vec<String> {
+    let path = |path: &PathBuf| path.display().to_string();
+    let options = [
+        ("--goal", args.goal.clone()),
+        ("--fault", fault),
+        ("--robot", args.robot.as_ref().map(path)),
+        ("--scene", args.scene.as_ref().map(path)),
+    ];
+    let given = options
+        .into_iter()
+        .filter_map(|(name, value)| Some([name.to_owned(), value?]));
+    ["run", "--headless", "--json", "--no-folder"]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(given.flatten())
+        .collect()
+}

@@ -1,0 +1,86 @@
+//! Bad input: exit code 2 and a message that names what was found and what was wanted.
+
+use crate::{assert_refused, factotum, factotum_in, repository};
+
+#[test]
+fn an_unknown_goal_is_named_with_those_there_are() {
+    let said = factotum(&["run", "--headless", "--no-folder", "--goal", "wash-car"]);
+    assert_refused(
+        &said,
+        &[
+            "wash-car",
+            "throw-away-bottle",
+            "turn-light-off",
+            "close-faucet",
+        ],
+    );
+}
+
+#[test]
+fn an_unknown_scene_or_robot_is_named_with_those_there_are() {
+    let said = factotum(&["run", "--headless", "--no-folder", "--scene", "castle"]);
+    assert_refused(&said, &["scene `castle`", "household"]);
+    let said = factotum(&["run", "--headless", "--no-folder", "--robot", "r2d2"]);
+    assert_refused(&said, &["robot `r2d2`", "movo", "panda"]);
+}
+
+#[test]
+fn a_joint_that_the_model_lacks_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    // The panda's model includes the hand's, from the folder beside it.
+    for robot in ["panda", "franka_hand"] {
+        std::fs::create_dir(dir.path().join(robot)).unwrap();
+        for entry in std::fs::read_dir(repository().join("assets/robots").join(robot))
+            .unwrap()
+            .flatten()
+        {
+            std::fs::copy(entry.path(), dir.path().join(robot).join(entry.file_name())).unwrap();
+        }
+    }
+    let panda = dir.path().join("panda");
+    let file = panda.join("robot.toml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let joint = text
+        .split('"')
+        .find(|word| word.contains("joint") && word.ends_with('4'))
+        .expect("the panda's fourth joint");
+    std::fs::write(&file, text.replace(joint, "no_such_joint")).unwrap();
+    let said = factotum(&["robot", "check", panda.to_str().unwrap()]);
+    assert_refused(&said, &["no_such_joint"]);
+}
+
+#[test]
+fn a_speed_below_zero_is_refused() {
+    let said = factotum(&["run", "--headless", "--no-folder", "--speed=-1"]);
+    assert_refused(&said, &["--speed is -1", "expected 0 or a positive number"]);
+}
+
+#[test]
+fn a_run_folder_in_use_is_not_taken() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("thesis.txt"), "years of work").unwrap();
+    let said = factotum(&["run", "--headless", "--out", dir.path().to_str().unwrap()]);
+    assert_refused(&said, &["not empty"]);
+    assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn a_map_cut_short_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("map.pgm"), b"P5\n4 4\n255\n\xfe\xfe\x00").unwrap();
+    std::fs::write(
+        dir.path().join("map.yaml"),
+        "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
+    )
+    .unwrap();
+    let said = factotum_in(dir.path(), &["map", "import", "map.yaml", "--out", "home"]);
+    assert_refused(&said, &["map.pgm"]);
+    assert!(!dir.path().join("home/home.toml").exists());
+}
+
+#[test]
+fn a_folder_that_is_no_home_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let said = factotum_in(dir.path(), &["home", "check", "nowhere"]);
+    assert_refused(&said, &["nowhere"]);
+}

@@ -1,0 +1,29 @@
+//! What the program says of itself.
+
+use crate::factotum;
+
+#[test]
+fn help_names_commands_examples_and_exit_codes() {
+    let said = factotum(&["--help"]);
+    assert_eq!(said.code, Some(0));
+    insta::assert_snapshot!(said.stdout);
+}
+
+#[test]
+fn help_of_run_names_its_options() {
+    let said = factotum(&["run", "--help"]);
+    assert_eq!(said.code, Some(0));
+    insta::assert_snapshot!(said.stdout);
+}
+
+#[test]
+fn an_unknown_command_is_a_usage_error() {
+    assert_eq!(factotum(&["dance"]).code, Some(2));
+}
+
+#[test]
+fn experiments_are_listed() {
+    let said = factotum(&["experiment", "list", "--json"]);
+    assert_eq!(said.code, Some(0));
+    assert_eq!(said.json()[0]["name"], "chores");
+}
