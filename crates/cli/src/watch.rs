@@ -7,11 +7,12 @@ use std::time::{Duration, Instant};
 use factotum_agent::{Event, LogLevel, Observer, StepState, StepView, Wish};
 use factotum_control::{Command, MotionId, MotionStatus, Robot, RobotError, RobotState, Stamped};
 use factotum_descriptions::RobotDescription;
-use factotum_geometry::Pose2;
+use factotum_geometry::frames::{planar_from_pose, pose_from_planar};
 use factotum_geometry::sensing::{DepthFrame, LaserScan};
+use factotum_geometry::{Pose, Pose2};
 use factotum_protocol as wire;
 use factotum_protocol::ServerMessage;
-use factotum_worlds::{SimRobot, WorldView};
+use factotum_worlds::{BodyGroup, SimRobot, WorldView};
 
 use crate::audience::Audience;
 use crate::belief::BeliefScene;
@@ -58,7 +59,8 @@ pub(crate) struct Pacer {
     stop: StopFlag,
     names: Vec<String>,
     joints: Vec<String>,
-    world_from_odom: Pose2,
+    /// The robot's first body, which its base carries, and the base in it.
+    base_body: Option<(usize, Pose)>,
     /// Robot seconds per second; 0 for as fast as possible.
     speed: f64,
     before: Option<(Instant, f64)>,
@@ -66,16 +68,23 @@ pub(crate) struct Pacer {
 
 impl Pacer {
     pub(crate) fn new(audience: Audience, stop: StopFlag, robot: &SimRobot, speed: f64) -> Self {
+        let bodies = robot.visual_bodies();
+        let base_body = bodies
+            .iter()
+            .position(|body| body.group == BodyGroup::Robot)
+            .and_then(|index| {
+                let world_from_body = *robot.world_from_bodies().get(index)?;
+                Some((
+                    index,
+                    world_from_body.inverse() * pose_from_planar(&robot.world_from_base(), 0.0),
+                ))
+            });
         Self {
             audience,
             stop,
-            names: robot
-                .visual_bodies()
-                .iter()
-                .map(|body| body.name.clone())
-                .collect(),
+            names: bodies.iter().map(|body| body.name.clone()).collect(),
             joints: robot.description().arm.joints.clone(),
-            world_from_odom: robot.world_from_odom_start(),
+            base_body,
             speed,
             before: None,
         }
@@ -130,6 +139,16 @@ impl Pacer {
         speed
     }
 
+    /// Where the base really is: odometry drifts.
+    fn world_from_base(&self, view: &WorldView<'_>) -> Pose2 {
+        let base = self.base_body.as_ref().and_then(|(index, body_from_base)| {
+            Some(planar_from_pose(
+                &(view.world_from_body.get(*index)? * body_from_base),
+            ))
+        });
+        base.unwrap_or(view.state.odom_from_base)
+    }
+
     fn state_of(&self, view: &WorldView<'_>, sim_speed: f64) -> wire::State {
         let body = |(name, pose): (&String, _)| wire::BodyPose {
             name: name.clone(),
@@ -142,7 +161,7 @@ impl Pacer {
         wire::State {
             time_secs: view.time_secs,
             sim_speed,
-            base: planar(&(self.world_from_odom * view.state.odom_from_base)),
+            base: planar(&self.world_from_base(view)),
             body_poses: self
                 .names
                 .iter()
