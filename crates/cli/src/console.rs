@@ -1,8 +1,9 @@
 //! What goes to the terminal: one answer on standard output, messages on standard error.
 
 use std::io::IsTerminal as _;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
+use factotum_experiments::utc::UtcTime;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -29,6 +30,15 @@ pub(crate) struct UsageError(pub(crate) String);
 /// Marks an error as the user's to mend.
 pub(crate) fn usage(error: impl std::fmt::Display) -> anyhow::Error {
     UsageError(error.to_string()).into()
+}
+
+/// The time of day. The one place where it is asked: everything below is told the time.
+#[expect(
+    clippy::disallowed_methods,
+    reason = "names and manifests of folders carry the date"
+)]
+pub(crate) fn now() -> UtcTime {
+    UtcTime::from(SystemTime::now())
 }
 
 /// The terminal, or what stands in for one.

@@ -58,7 +58,7 @@ pub(crate) fn doctor(console: &Console) -> anyhow::Result<Answer> {
             what: "planner Fast Downward",
             found: FastDownward::discover(&fast_downward_places())
                 .map(|_| "found".to_owned())
-                .map_err(|_| {
+                .map_err(|_not_found| {
                     "not found; `cargo x setup` or `pip install up-fast-downward` gets it"
                         .to_owned()
                 }),

@@ -1,17 +1,15 @@
 //! `factotum map explore`: a home folder from nothing but a robot's own senses.
 
 use std::path::PathBuf;
-use std::time::SystemTime;
 
 use clap::Args;
 use factotum_agent::AgentError;
-use factotum_experiments::utc::UtcTime;
 use factotum_protocol as wire;
 use factotum_semantic_map::home_folder;
 use factotum_task_planning::planner::Ferroplan;
 use serde_json::json;
 
-use crate::console::{Answer, Console, usage};
+use crate::console::{Answer, Console, now, usage};
 use crate::session::{Session, WorldArgs};
 
 /// Arguments of `factotum map explore`.
@@ -26,7 +24,7 @@ pub(crate) struct ExploreArgs {
 
 /// Runs `factotum map explore`. Stopped early, it keeps what it has found and says so.
 pub(crate) fn explore(args: &ExploreArgs, console: &Console) -> anyhow::Result<Answer> {
-    let started = UtcTime::from(SystemTime::now());
+    let started = now();
     if args.out.join("home.toml").exists() {
         return Err(usage(format!(
             "`{}` is a home folder already; nothing was written",

@@ -1,7 +1,7 @@
 //! `factotum run`: the main job.
 
 use std::path::{Path, PathBuf};
-use std::time::{Instant, SystemTime};
+use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use factotum_agent::{AgentError, Executive, RunReport};
@@ -13,7 +13,7 @@ use factotum_semantic_map::{Aosm, ChoreGoal, home_folder};
 use factotum_worlds::{Fault, FaultSwitch, HomeScene};
 
 use crate::audience::Audience;
-use crate::console::{Answer, Console, usage};
+use crate::console::{Answer, Console, now, usage};
 use crate::plan::{PlannerName, planner};
 use crate::result::{ChoreResult, Known, RunResult, peak_rss_mb};
 use crate::session::{Ended, MAP_RESOLUTION_M, Session, WorldArgs};
@@ -80,7 +80,7 @@ struct Work {
 /// Runs `factotum run`.
 pub(crate) fn run(args: &RunArgs, console: &Console) -> anyhow::Result<Answer> {
     let clock = Instant::now();
-    let started = UtcTime::from(SystemTime::now());
+    let started = now();
     console.progress("loading models");
     let models = args.world.load()?;
     let chores = chores_of(&models.0, args.goal.as_deref())?;
@@ -317,9 +317,7 @@ fn keep_result(
             .to_html()
             .map_err(anyhow::Error::from)
             .and_then(|html| Ok(folder.write(REPORT_NAME, html.as_bytes())?)),
-        folder
-            .finish(UtcTime::from(SystemTime::now()), exit_code)
-            .map_err(anyhow::Error::from),
+        folder.finish(now(), exit_code).map_err(anyhow::Error::from),
     ];
     for error in written.into_iter().filter_map(Result::err) {
         audience.add_trouble(error);

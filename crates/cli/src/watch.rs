@@ -304,7 +304,7 @@ impl Observer for Reporter<'_> {
 
 impl Reporter<'_> {
     /// A plan none of whose steps was tried is a new one; one that failed and has nothing left to do will be replaced.
-    fn hear_plan(&mut self, steps: &[StepView]) {
+    fn hear_plan(&self, steps: &[StepView]) {
         let has = |state| steps.iter().any(|step| step.state == state);
         if steps.iter().all(|step| step.state == StepState::Pending) {
             self.audience.count_plan();
