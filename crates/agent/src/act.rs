@@ -1,5 +1,6 @@
 //! Acting: what a skill is told, running it, and what its outcome means for the belief.
 
+use factotum_descriptions::ActionSpec;
 use factotum_geometry::frames::pose_from_planar;
 use factotum_geometry::{Pose, Pose2};
 use factotum_motion::{Obstacle, PlanningScene};
@@ -14,6 +15,9 @@ use crate::{AgentError, Executive, LogLevel};
 
 /// Opening of the gripper below which it holds nothing, as a fraction.
 const EMPTY_OPENING: f64 = 0.06;
+
+/// How far outside the interval of a state a joint may be read and still count, as a share of the interval.
+const EFFECT_MARGIN: f64 = 0.5;
 
 impl Executive<'_> {
     /// Runs the option's skill from where the robot stands and takes note of what came of it.
@@ -45,10 +49,11 @@ impl Executive<'_> {
                 self.tuck()?;
                 Ok(Ok(()))
             }
-            (Outcome::Done { joints, .. }, OptionKind::Articulate { .. }) => {
+            (Outcome::Done { joints, .. }, OptionKind::Articulate { action }) => {
                 self.aosm.object_mut(&option.object)?.joints.extend(joints);
                 self.tuck()?;
-                Ok(Ok(()))
+                self.look_closely()?;
+                self.check_effect(&option.object, action)
             }
             (Outcome::Failed(Failure::OnRequest), _) => Err(AgentError::Stopped),
             (Outcome::Failed(failure), kind) => {
@@ -58,6 +63,35 @@ impl Executive<'_> {
                 Ok(Err(failure.to_string()))
             }
         }
+    }
+
+    /// Compares what an action was to bring about with what is believed after a look.
+    fn check_effect(
+        &self,
+        name: &str,
+        action: &ActionSpec,
+    ) -> Result<Result<(), String>, AgentError> {
+        let object = self.aosm.object(name)?;
+        let class = self.aosm.class(&object.class)?;
+        let expected = action
+            .effect
+            .as_deref()
+            .and_then(|effect| class.state(effect));
+        let Some((expected, position)) =
+            expected.and_then(|state| Some((state, *object.joints.get(&state.joint)?)))
+        else {
+            return Ok(Ok(()));
+        };
+        // A joint pushed against its stop is believed a little beyond it.
+        let [lower, upper] = expected.range;
+        let margin = EFFECT_MARGIN * (upper - lower);
+        if (lower - margin..=upper + margin).contains(&position) {
+            return Ok(Ok(()));
+        }
+        Ok(Err(format!(
+            "`{name}` is not {}: its {} is at {position:.2}",
+            expected.name, expected.joint
+        )))
     }
 
     /// Whether the gripper still holds what it is believed to hold; if not, the belief is mended.
