@@ -221,6 +221,7 @@ impl<'a> Executive<'a> {
             }
             self.mark(view + 1, StepState::Running, None)?;
             let (outcome, robot_secs) = self.timed(|this| this.act(&option))?;
+            self.show_map()?;
             self.record(&step.name, &step.args, &outcome, attempt, robot_secs);
             match outcome {
                 Ok(()) => {

@@ -1,4 +1,4 @@
-//! Runs: begun, interrupted, and what they leave. Whole chores are done by the experiments and by the judges of floors below.
+//! Runs: a chore from nothing known to the judge's word, an interruption, and what they leave.
 
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -84,4 +84,41 @@ fn an_interrupted_run_leaves_a_whole_folder() {
     let shown = crate::factotum_in(&out, &["home", "show", "home", "--json"]);
     assert_eq!(shown.code, Some(0), "{}", shown.stderr);
     assert_eq!(shown.json()["home"], "household");
+}
+
+/// The main job: explore, map, plan, act, and be judged by physics, with nothing of the home given.
+#[test]
+fn the_light_is_turned_off_in_a_home_the_robot_has_never_seen() {
+    let dir = tempfile::tempdir().unwrap();
+    let said = crate::factotum_in(
+        dir.path(),
+        &[
+            "run",
+            "--headless",
+            "--json",
+            "--goal",
+            "turn-light-off",
+            "--seed",
+            "1",
+            "--out",
+            "run",
+        ],
+    );
+    let document = said.json();
+    assert_eq!(document["achieved"], true, "{document:#}");
+    assert_eq!(document["plan"][0]["action"], "turn_off");
+    assert!(document["map_iou"].as_f64().unwrap() > 0.8, "{document:#}");
+    for kept in [
+        "result.json",
+        "report.html",
+        "recording.mcap",
+        "events.jsonl",
+        "home/map.pgm",
+        "home/objects.toml",
+    ] {
+        assert!(
+            dir.path().join("run").join(kept).is_file(),
+            "{kept} is missing"
+        );
+    }
 }
