@@ -22,6 +22,11 @@ const EFFECT_MARGIN: f64 = 0.5;
 impl Executive<'_> {
     /// Runs the option's skill from where the robot stands and takes note of what came of it.
     pub(crate) fn act(&mut self, option: &OptionSpec) -> Result<Result<(), String>, AgentError> {
+        if matches!(option.kind, OptionKind::Place { .. })
+            && let Err(lost) = self.check_grip(&option.object)
+        {
+            return Ok(Err(lost));
+        }
         let situation = {
             let map_from_base = self.map_from_base()?;
             self.situation(option, &map_from_base)?
@@ -191,12 +196,13 @@ impl Executive<'_> {
             .filter(|point| point.xy().coords.norm() < NEAR_M)
             .collect();
         let mut obstacles = Vec::new();
-        for object in self
-            .aosm
-            .objects
-            .values()
-            .filter(|object| object.location == Location::Loose)
-        {
+        for object in self.aosm.objects.values() {
+            // Where the held object stood, the cloud may still hold points of it.
+            let is_there = match object.location {
+                Location::Loose => true,
+                Location::Held => false,
+                Location::In(_) => continue,
+            };
             let view = self.view(&object.name, base_from_map)?;
             if view.base_from_object.translation.vector.norm() > NEAR_M {
                 continue;
@@ -209,7 +215,7 @@ impl Executive<'_> {
                     view.class.movable,
                 );
             }
-            if !without.contains(&object.name.as_str()) {
+            if is_there && !without.contains(&object.name.as_str()) {
                 obstacles.push(view.as_obstacle());
             }
         }
