@@ -39,6 +39,7 @@ fn factotum_in(dir: &Path, arguments: &[&str]) -> Said {
         .current_dir(dir)
         .env("FACTOTUM_ASSETS", repository().join("assets"))
         .env("NO_COLOR", "1")
+        .env("COLUMNS", "100")
         .output()
         .unwrap();
     Said {
