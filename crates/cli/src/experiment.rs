@@ -1,14 +1,16 @@
 //! `factotum experiment`: how often something succeeds, over many seeds.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::{Args, Subcommand, ValueEnum};
-use factotum_experiments::sweep::{RESULTS_NAME, Sweep, summarize};
+use factotum_experiments::sweep::{
+    Progress, RESULTS_NAME, RunResult, StopWish, Sweep, SweepError, summarize,
+};
 use serde_json::json;
 
 use crate::console::{Answer, Console, usage};
 use crate::run::FaultName;
-use crate::watch::StopFlag;
 
 /// Arguments of `factotum experiment`.
 #[derive(Debug, Subcommand)]
@@ -73,7 +75,7 @@ fn chores(args: &ExperimentArgs, console: &Console) -> anyhow::Result<Answer> {
     if args.seeds == 0 {
         return Err(usage("--seeds is 0, expected at least 1"));
     }
-    let stop = StopFlag::on_interrupt()?;
+    let stop = stop_on_interrupt()?;
     let fault = args.fault.and_then(|fault| fault.to_possible_value());
     let fault = fault.as_ref().map(|fault| fault.get_name().to_owned());
     let folder = args.out.clone().unwrap_or_else(|| {
@@ -87,16 +89,20 @@ fn chores(args: &ExperimentArgs, console: &Console) -> anyhow::Result<Answer> {
         n_workers: args.workers,
         folder: folder.clone(),
     };
-    let results = sweep.run(stop.as_atomic(), |result| {
+    let tell = |result: &RunResult, progress: Progress| {
         let word = match (result.is_success(), result.is_answered()) {
             (true, _) => "achieved",
             (false, true) => "not achieved",
             (false, false) => "no answer",
         };
         console.say(format_args!(
-            "seed {:>3}: {word} in {:.1} s",
-            result.seed, result.wall_secs
+            "seed {:>3}: {word} in {:.1} s; {} of {}, {} achieved",
+            result.seed, result.wall_secs, progress.n_done, progress.n_seeds, progress.n_successes
         ));
+    };
+    let results = sweep.run(&stop, tell).map_err(|error| match error {
+        SweepError::OtherCommand { .. } | SweepError::NoCommand { .. } => usage(error),
+        error => error.into(),
     })?;
     let is_complete = results.len() as u64 == args.seeds;
     let Some(summary) = summarize(&results) else {
@@ -128,6 +134,19 @@ fn chores(args: &ExperimentArgs, console: &Console) -> anyhow::Result<Answer> {
     Ok(Answer::from(
         is_complete && summary.n_successes == summary.n_runs,
     ))
+}
+
+/// The first Ctrl-C lets the runs under way end; the second ends them too.
+fn stop_on_interrupt() -> anyhow::Result<Arc<StopWish>> {
+    let stop = Arc::new(StopWish::default());
+    let raised = stop.clone();
+    ctrlc::set_handler(move || {
+        if !raised.is_raised() {
+            eprintln!("stopping when the runs under way have ended; Ctrl-C again drops them");
+        }
+        raised.raise();
+    })?;
+    Ok(stop)
 }
 
 /// The run of one seed, but for `--seed`. It keeps no run folder: its document is in the results.

@@ -43,11 +43,6 @@ impl StopFlag {
     pub(crate) fn is_raised(&self) -> bool {
         self.0.load(Ordering::SeqCst)
     }
-
-    /// The flag as such, for who knows nothing of this type.
-    pub(crate) fn as_atomic(&self) -> &AtomicBool {
-        &self.0
-    }
 }
 
 /// How often the page gets new poses, in robot seconds.

@@ -1,33 +1,31 @@
 //! Runs of one command over many seeds, in child processes, and how often it succeeded.
 //!
 //! Each run is one line of `results.jsonl`, synced to the disk when the run ends, so a sweep that was stopped or killed
-//! goes on where it was. A run that crashed counts as a failure; nothing is dropped. Results are sorted by seed, so
-//! that the number of workers cannot change what is reported.
+//! goes on where it was; `sweep.json` says of which command the results are. A run that crashed counts as a failure; no
+//! run that came to its own end is dropped. Results are sorted by seed, so that the number of workers cannot change what
+//! is reported.
 
+mod folder;
+mod run;
+mod stop;
 mod wilson;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use thiserror::Error;
 
-use crate::storage::{self, StorageError};
+use crate::storage::StorageError;
 
+pub use folder::RESULTS_NAME;
+pub use stop::StopWish;
 pub use wilson::{Interval, wilson_interval};
-
-/// Name of the file of results in a sweep's folder.
-pub const RESULTS_NAME: &str = "results.jsonl";
-
-/// As much of a child's messages as is kept, from the end.
-const MESSAGES_BYTES_MAX: usize = 2_000;
 
 /// A sweep that cannot go on.
 #[derive(Debug, Error)]
@@ -46,11 +44,52 @@ pub enum SweepError {
         /// What is wrong in it.
         source: serde_json::Error,
     },
+    /// The folder holds results of another command.
+    #[error(
+        "`{}` holds results of another command: there `{}`, here `{}`; choose another folder",
+        folder.display(),
+        there.join(" "),
+        here.join(" ")
+    )]
+    OtherCommand {
+        /// The folder.
+        folder: PathBuf,
+        /// What the command of its results has that this one lacks.
+        there: Vec<String>,
+        /// What this command has that theirs lacks.
+        here: Vec<String>,
+    },
+    /// The folder holds results that nobody can say the command of.
+    #[error(
+        "`{}` holds results but no `{}`, which says of what command; choose another folder",
+        folder.display(),
+        folder::COMMAND_NAME
+    )]
+    NoCommand {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The command in a folder cannot be understood.
+    #[error("`{}`: not the command of a sweep", file.display())]
+    Command {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong in it.
+        source: serde_json::Error,
+    },
     /// The command cannot be started at all.
     #[error("cannot start `{}`", program.display())]
     Start {
         /// The program.
         program: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A run under way cannot be followed.
+    #[error("cannot follow the run of seed {seed}")]
+    Follow {
+        /// Its seed.
+        seed: u64,
         /// Why.
         source: io::Error,
     },
@@ -124,28 +163,38 @@ pub struct Summary {
     pub wall_secs_max: f64,
 }
 
+/// How far a sweep is, results of earlier times included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// Seeds that have a result.
+    pub n_done: usize,
+    /// Seeds of the sweep.
+    pub n_seeds: usize,
+    /// Seeds that succeeded.
+    pub n_successes: usize,
+}
+
 impl Sweep {
     /// Runs the seeds that have no result yet and returns all results, sorted by seed.
     ///
-    /// `stop` ends the sweep once the runs under way have ended; `on_result` hears of each new result.
+    /// `stop` ends the sweep early; `on_result` hears of each new result, and how far the sweep is with it.
     ///
     /// # Errors
-    /// [`SweepError`] when the command cannot be started, or results cannot be kept.
+    /// [`SweepError`] when the folder holds results of another command, the command cannot be started, or results cannot
+    /// be kept.
     pub fn run(
         &self,
-        stop: &AtomicBool,
-        mut on_result: impl FnMut(&RunResult),
+        stop: &StopWish,
+        mut on_result: impl FnMut(&RunResult, Progress),
     ) -> Result<Vec<RunResult>, SweepError> {
-        std::fs::create_dir_all(&self.folder)
-            .map_err(|error| StorageError::writing(&self.folder, error))?;
-        let file = self.folder.join(RESULTS_NAME);
-        storage::keep_whole_lines(&file)?;
-        let mut results: BTreeMap<u64, RunResult> = read_results(&file)?
+        let seeds: BTreeSet<u64> = self.seeds.iter().copied().collect();
+        // Results of seeds that are not asked for now stay in the file and out of the answer.
+        let mut results: BTreeMap<u64, RunResult> = folder::open(&self.folder, &self.arguments)?
             .into_iter()
+            .filter(|result| seeds.contains(&result.seed))
             .map(|result| (result.seed, result))
             .collect();
-        let open: BTreeSet<u64> = self
-            .seeds
+        let open: BTreeSet<u64> = seeds
             .iter()
             .copied()
             .filter(|seed| !results.contains_key(seed))
@@ -154,7 +203,7 @@ impl Sweep {
         // A worker that cannot go on stops the others through this.
         let halt = AtomicBool::new(false);
         let next_seed = || {
-            let is_over = stop.load(Ordering::Relaxed) || halt.load(Ordering::Relaxed);
+            let is_over = stop.is_raised() || halt.load(Ordering::Relaxed);
             open.lock()
                 .ok()
                 .filter(|_| !is_over)
@@ -168,7 +217,8 @@ impl Sweep {
                 let (send, next_seed) = (send.clone(), &next_seed);
                 let work = move || {
                     while let Some(seed) = next_seed() {
-                        if send.send(self.run_one(seed)).is_err() {
+                        let result = run::run_one(self, seed, stop).transpose();
+                        if result.is_some_and(|result| send.send(result).is_err()) {
                             break;
                         }
                     }
@@ -180,14 +230,24 @@ impl Sweep {
                 }
             }
             drop(send);
+            let mut n_successes = results
+                .values()
+                .filter(|result| result.is_success())
+                .count();
             for received in receive {
                 let kept = received.and_then(|result| {
-                    append_result(&file, &result)?;
+                    folder::keep(&self.folder, &result)?;
                     Ok(result)
                 });
                 match kept {
                     Ok(result) => {
-                        on_result(&result);
+                        n_successes += usize::from(result.is_success());
+                        let progress = Progress {
+                            n_done: results.len() + 1,
+                            n_seeds: seeds.len(),
+                            n_successes,
+                        };
+                        on_result(&result, progress);
                         results.insert(result.seed, result);
                     }
                     Err(error) => {
@@ -198,49 +258,8 @@ impl Sweep {
             }
             Ok(())
         })?;
-        // Results of seeds that are not asked for now stay in the file and out of the answer.
-        Ok(self
-            .seeds
-            .iter()
-            .collect::<BTreeSet<_>>()
-            .into_iter()
-            .filter_map(|seed| results.remove(seed))
-            .collect())
+        Ok(results.into_values().collect())
     }
-
-    fn run_one(&self, seed: u64) -> Result<RunResult, SweepError> {
-        let begun = Instant::now();
-        let output = Command::new(&self.program)
-            .args(&self.arguments)
-            .args(["--seed", &seed.to_string()])
-            .stdin(Stdio::null())
-            .output()
-            .map_err(|source| SweepError::Start {
-                program: self.program.clone(),
-                source,
-            })?;
-        Ok(result_of(seed, &output, begun.elapsed().as_secs_f64()))
-    }
-}
-
-/// The results in a file, none if there is no file.
-///
-/// # Errors
-/// [`SweepError`] when the file cannot be read or holds something else.
-pub fn read_results(file: &Path) -> Result<Vec<RunResult>, SweepError> {
-    let text = match std::fs::read_to_string(file) {
-        Ok(text) => text,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(error) => return Err(StorageError::reading(file, error).into()),
-    };
-    let parse = |(idx, line): (usize, &str)| {
-        serde_json::from_str(line).map_err(|source| SweepError::Result {
-            file: file.to_path_buf(),
-            line: idx + 1,
-            source,
-        })
-    };
-    text.lines().enumerate().map(parse).collect()
 }
 
 /// What the results show together; nothing for no results.
@@ -271,28 +290,6 @@ fn median(sorted: &[f64]) -> Option<f64> {
     let upper = *sorted.get(sorted.len() / 2)?;
     let lower = *sorted.get((sorted.len() - 1) / 2)?;
     Some(f64::midpoint(lower, upper))
-}
-
-fn append_result(file: &Path, result: &RunResult) -> Result<(), StorageError> {
-    let line =
-        serde_json::to_string(result).map_err(|error| StorageError::writing(file, error.into()))?;
-    storage::append_line(file, &line)
-}
-
-fn result_of(seed: u64, output: &Output, wall_secs: f64) -> RunResult {
-    let is_success = output.status.success();
-    let messages = &output.stderr[output.stderr.len().saturating_sub(MESSAGES_BYTES_MAX)..];
-    RunResult {
-        seed,
-        exit_code: output.status.code(),
-        wall_secs,
-        output: serde_json::from_slice(&output.stdout).ok(),
-        messages: if is_success {
-            String::new()
-        } else {
-            String::from_utf8_lossy(messages).into_owned()
-        },
-    }
 }
 
 #[cfg(test)]

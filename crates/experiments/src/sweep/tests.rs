@@ -1,3 +1,5 @@
+use std::path::Path;
+
 use super::*;
 
 /// A sweep over a shell script that finds its seed in `$seed`.
@@ -16,7 +18,7 @@ fn sweep(folder: &Path, script: &str, seeds: std::ops::Range<u64>, n_workers: us
 const ODD_SEEDS_FAIL: &str = r#"echo "{\"achieved\": $([ $((seed % 2)) = 0 ] && echo true || echo false)}"; exit $((seed % 2))"#;
 
 fn run(sweep: &Sweep) -> Vec<RunResult> {
-    sweep.run(&AtomicBool::new(false), |_| {}).unwrap()
+    sweep.run(&StopWish::default(), |_, _| {}).unwrap()
 }
 
 #[test]
@@ -72,11 +74,13 @@ fn a_sweep_goes_on_where_it_was() {
     let dir = tempfile::tempdir().unwrap();
     let count = "echo x >> count; echo '{}'";
     let in_folder = format!("cd '{}'; {count}", dir.path().display());
-    let stop = AtomicBool::new(false);
+    let stop = StopWish::default();
     let first = sweep(dir.path(), &in_folder, 0..5, 1);
     let partial = first
-        .run(&stop, |result| {
-            stop.store(result.seed >= 1, Ordering::Relaxed)
+        .run(&stop, |result, _| {
+            if result.seed == 1 {
+                stop.raise();
+            }
         })
         .unwrap();
     assert!(
@@ -97,23 +101,120 @@ fn a_sweep_goes_on_where_it_was() {
 }
 
 #[test]
+fn progress_counts_earlier_results() {
+    let dir = tempfile::tempdir().unwrap();
+    run(&sweep(dir.path(), ODD_SEEDS_FAIL, 0..3, 1));
+    let mut heard = Vec::new();
+    sweep(dir.path(), ODD_SEEDS_FAIL, 1..5, 1)
+        .run(&StopWish::default(), |result, progress| {
+            heard.push((result.seed, progress.n_done, progress.n_successes));
+            assert_eq!(progress.n_seeds, 4);
+        })
+        .unwrap();
+    assert_eq!(heard, [(3, 3, 1), (4, 4, 2)]);
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_at_the_terminal_does_not_reach_the_runs() {
+    let dir = tempfile::tempdir().unwrap();
+    // The run asks for the group it is in: a terminal interrupts every process of the group in front.
+    let results = run(&sweep(dir.path(), "ps -o pgid= -p $$", 0..1, 1));
+    let own = std::process::Command::new("ps")
+        .args(["-o", "pgid=", "-p", &std::process::id().to_string()])
+        .output()
+        .unwrap();
+    let own: i64 = String::from_utf8(own.stdout)
+        .unwrap()
+        .trim()
+        .parse()
+        .unwrap();
+    let group = results[0]
+        .output
+        .as_ref()
+        .and_then(serde_json::Value::as_i64);
+    assert!(
+        group.is_some_and(|group| group != own),
+        "{group:?}, ours is {own}"
+    );
+}
+
+#[test]
+fn the_first_stop_lets_runs_end_and_the_second_drops_them() {
+    let dir = tempfile::tempdir().unwrap();
+    let begun = dir.path().join("begun");
+    let script = |body: &str| format!("echo $seed >> '{}'; {body}; echo '{{}}'", begun.display());
+    let n_begun = || {
+        let text = std::fs::read_to_string(&begun).unwrap_or_default();
+        text.lines().count()
+    };
+    let stopped = |sweep: &Sweep, n_raised: usize| {
+        let stop = StopWish::default();
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                while n_begun() < 2 {
+                    thread::sleep(std::time::Duration::from_millis(5));
+                }
+                (0..n_raised).for_each(|_| stop.raise());
+            });
+            sweep.run(&stop, |_, _| {}).unwrap()
+        })
+    };
+    let endless = sweep(&dir.path().join("urgent"), &script("sleep 600"), 0..4, 2);
+    assert_eq!(stopped(&endless, 2), [], "none came to its own end");
+    assert_eq!(n_begun(), 2, "no other was begun");
+    assert!(!dir.path().join("urgent").join(RESULTS_NAME).exists());
+    std::fs::remove_file(&begun).unwrap();
+    let patient = sweep(&dir.path().join("patient"), &script("sleep 0.3"), 0..4, 2);
+    let results = stopped(&patient, 1);
+    assert_eq!(
+        results.len(),
+        2,
+        "those under way ended, no other was begun"
+    );
+    assert!(results.iter().all(RunResult::is_success));
+}
+
+#[test]
+fn a_folder_of_another_command_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let first = sweep(dir.path(), ODD_SEEDS_FAIL, 0..2, 1);
+    run(&first);
+    let other = Sweep {
+        arguments: [&first.arguments[..], &["--goal".into(), "other".into()]].concat(),
+        ..first.clone()
+    };
+    let error = other.run(&StopWish::default(), |_, _| {}).unwrap_err();
+    let message = error.to_string();
+    assert!(
+        message.contains("there ``, here `--goal other`"),
+        "{message}"
+    );
+    assert_eq!(run(&first).len(), 2, "its own command goes on");
+    // Results of which nobody can say the command are not taken either.
+    std::fs::remove_file(dir.path().join(folder::COMMAND_NAME)).unwrap();
+    let error = first.run(&StopWish::default(), |_, _| {}).unwrap_err();
+    assert!(matches!(error, SweepError::NoCommand { .. }), "{error:?}");
+}
+
+#[test]
 fn a_program_that_is_not_there_is_an_error() {
     let dir = tempfile::tempdir().unwrap();
     let missing = Sweep {
         program: PathBuf::from("no-such-program"),
         ..sweep(dir.path(), "", 0..3, 2)
     };
-    let error = missing.run(&AtomicBool::new(false), |_| {}).unwrap_err();
+    let error = missing.run(&StopWish::default(), |_, _| {}).unwrap_err();
     assert!(matches!(error, SweepError::Start { .. }), "{error:?}");
 }
 
 #[test]
 fn foreign_results_are_not_taken_for_ours() {
     let dir = tempfile::tempdir().unwrap();
+    let sweep = sweep(dir.path(), "", 0..1, 1);
+    run(&sweep);
     std::fs::write(dir.path().join(RESULTS_NAME), "{\"sede\": 1}\n").unwrap();
-    let error = sweep(dir.path(), "", 0..1, 1)
-        .run(&AtomicBool::new(false), |_| {})
-        .unwrap_err();
+    let error = sweep.run(&StopWish::default(), |_, _| {}).unwrap_err();
     assert!(
         matches!(error, SweepError::Result { line: 1, .. }),
         "{error:?}"
