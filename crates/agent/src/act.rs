@@ -1,6 +1,5 @@
 //! Acting: what a skill is told, running it, and what its outcome means for the belief.
 
-use factotum_descriptions::ActionSpec;
 use factotum_geometry::frames::pose_from_planar;
 use factotum_geometry::{Pose, Pose2};
 use factotum_motion::{Obstacle, PlanningScene};
@@ -13,17 +12,11 @@ use nalgebra::Point3;
 use crate::surroundings::{obstacles_from_points, without_object};
 use crate::{AgentError, Executive, LogLevel};
 
-/// Opening of the gripper below which it holds nothing, as a fraction.
-const EMPTY_OPENING: f64 = 0.06;
-
-/// How far outside the interval of a state a joint may be read and still count, as a share of the interval.
-const EFFECT_MARGIN: f64 = 0.5;
-
 impl Executive<'_> {
     /// Runs the option's skill from where the robot stands and takes note of what came of it.
     pub(crate) fn act(&mut self, option: &OptionSpec) -> Result<Result<(), String>, AgentError> {
         if matches!(option.kind, OptionKind::Place { .. })
-            && let Err(lost) = self.check_grip(&option.object)
+            && let Err(lost) = self.check_grip(&option.object)?
         {
             return Ok(Err(lost));
         }
@@ -37,22 +30,18 @@ impl Executive<'_> {
             format!("{} {}", skill.name(), option.object),
         )?;
         let outcome = skill.run(self.robot, &situation, &mut self.rng)?;
-        let is_gripping = self.robot.state()?.gripper_opening > EMPTY_OPENING;
+        let is_gripping = self.is_gripping()?;
         match (outcome, &option.kind) {
             (Outcome::Done { tcp_from_held, .. }, OptionKind::Pick) => {
                 self.tcp_from_held = tcp_from_held;
                 self.aosm.object_mut(&option.object)?.location = Location::Held;
                 self.tuck()?;
-                Ok(self.check_grip(&option.object))
+                self.check_grip(&option.object)
             }
             (Outcome::Done { .. }, OptionKind::Place { target, .. }) => {
                 self.tcp_from_held = None;
-                let at = self.aosm.object(target)?.map_from_object;
-                let object = self.aosm.object_mut(&option.object)?;
-                object.location = Location::In(target.clone());
-                object.map_from_object = at;
                 self.tuck()?;
-                Ok(Ok(()))
+                self.check_placed(&option.object, target)
             }
             (Outcome::Done { joints, .. }, OptionKind::Articulate { action }) => {
                 self.aosm.object_mut(&option.object)?.joints.extend(joints);
@@ -68,58 +57,6 @@ impl Executive<'_> {
                 Ok(Err(failure.to_string()))
             }
         }
-    }
-
-    /// Compares what an action was to bring about with what is believed after a look.
-    fn check_effect(
-        &self,
-        name: &str,
-        action: &ActionSpec,
-    ) -> Result<Result<(), String>, AgentError> {
-        let object = self.aosm.object(name)?;
-        let class = self.aosm.class(&object.class)?;
-        let expected = action
-            .effect
-            .as_deref()
-            .and_then(|effect| class.state(effect));
-        let Some((expected, position)) =
-            expected.and_then(|state| Some((state, *object.joints.get(&state.joint)?)))
-        else {
-            return Ok(Ok(()));
-        };
-        // A joint pushed against its stop is believed a little beyond it.
-        let [lower, upper] = expected.range;
-        let margin = EFFECT_MARGIN * (upper - lower);
-        if (lower - margin..=upper + margin).contains(&position) {
-            return Ok(Ok(()));
-        }
-        Ok(Err(format!(
-            "`{name}` is not {}: its {} is at {position:.2}",
-            expected.name, expected.joint
-        )))
-    }
-
-    /// Whether the gripper still holds what it is believed to hold; if not, the belief is mended.
-    fn check_grip(&mut self, object: &str) -> Result<(), String> {
-        let opening = self
-            .robot
-            .state()
-            .map_err(|error| error.to_string())?
-            .gripper_opening;
-        if opening > EMPTY_OPENING {
-            return Ok(());
-        }
-        self.let_go(object).map_err(|error| error.to_string())?;
-        Err(Failure::Slipped {
-            object: object.to_owned(),
-        }
-        .to_string())
-    }
-
-    fn let_go(&mut self, object: &str) -> Result<(), AgentError> {
-        self.tcp_from_held = None;
-        self.aosm.object_mut(object)?.location = Location::Loose;
-        Ok(())
     }
 
     /// What a skill is told: everything believed, seen from a base pose.

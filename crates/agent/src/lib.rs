@@ -9,6 +9,7 @@
 
 mod act;
 mod drive;
+mod effects;
 mod error;
 mod event;
 mod executive;

@@ -244,13 +244,15 @@ impl Senses {
         frame
     }
 
+    /// Corners of the box about a class's surface, in Λ, metres.
+    pub(crate) fn bounds(&self, class: &str) -> Option<(Point3<f64>, Point3<f64>)> {
+        self.appearances.get(class)?.model.surface.bounds()
+    }
+
     /// Half the longest edge of a class's bounding box, metres.
     fn radius_m(&self, class: &str) -> f64 {
-        let bounds = self
-            .appearances
-            .get(class)
-            .and_then(|appearance| appearance.model.surface.bounds());
-        bounds.map_or(0.0, |(low, high)| (high - low).max() / 2.0)
+        self.bounds(class)
+            .map_or(0.0, |(low, high)| (high - low).max() / 2.0)
     }
 
     fn read_joints(
@@ -334,6 +336,13 @@ impl Senses {
             aosm.objects.remove(&name);
         }
         Ok(())
+    }
+
+    /// What was taken for the object `old` is `new`.
+    pub(crate) fn rename(&mut self, old: &str, new: &str) {
+        for name in self.names.values_mut().filter(|name| *name == old) {
+            new.clone_into(name);
+        }
     }
 
     /// Forgets the tracks of an object: it was moved, by the robot or by somebody else.
