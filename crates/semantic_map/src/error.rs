@@ -112,6 +112,16 @@ pub enum MapError {
         /// What was found.
         found: String,
     },
+    /// The journal of a home has no entry of that number.
+    #[error("journal `{}` has no entry {entry}; its last is {last}", path.display())]
+    NoEntry {
+        /// The journal file.
+        path: PathBuf,
+        /// Number asked for.
+        entry: i64,
+        /// Number of its last entry.
+        last: i64,
+    },
     /// Another process has the home open.
     #[error("home folder `{}` is open in another process; close it there first", path.display())]
     InUse {

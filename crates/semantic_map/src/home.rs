@@ -51,6 +51,15 @@ struct KnownFile {
     stamp: Option<(u64, SystemTime)>,
 }
 
+/// Which way an edit is gone through.
+#[derive(Debug, Clone, Copy)]
+enum Direction {
+    /// To what was before it.
+    Back,
+    /// To what it made.
+    Again,
+}
+
 impl Home {
     /// Makes a home folder of an AOSM. Files that are in the folder and belong to no home stay.
     ///
@@ -182,25 +191,9 @@ impl Home {
     /// As [`Home::edit`].
     pub fn undo(&mut self, author: &str, when_secs: f64) -> Result<Option<String>, MapError> {
         self.take_in(when_secs)?;
-        let Some(edit) = self.journal.last_done() else {
-            return Ok(None);
-        };
-        let changes = self.journal.changes(edit)?;
-        let changes = changes
-            .into_iter()
-            .map(|change| (change.document, change.before))
-            .collect();
-        let what = self.journal.what(edit)?;
-        self.commit(
-            &EntryKind::Undo {
-                edit,
-                what: what.clone(),
-            },
-            author,
-            when_secs,
-            changes,
-        )?;
-        Ok(Some(what))
+        let edit = self.journal.last_done();
+        edit.map(|edit| self.revisit(edit, Direction::Back, author, when_secs))
+            .transpose()
     }
 
     /// Does the last undone edit again, unless there has been another edit since. The answer is its summary, or nothing
@@ -210,25 +203,75 @@ impl Home {
     /// As [`Home::edit`].
     pub fn redo(&mut self, author: &str, when_secs: f64) -> Result<Option<String>, MapError> {
         self.take_in(when_secs)?;
-        let Some(edit) = self.journal.last_undone() else {
-            return Ok(None);
-        };
-        let changes = self.journal.changes(edit)?;
-        let changes = changes
-            .into_iter()
-            .map(|change| (change.document, change.after))
-            .collect();
+        let edit = self.journal.last_undone();
+        edit.map(|edit| self.revisit(edit, Direction::Again, author, when_secs))
+            .transpose()
+    }
+
+    /// Takes one side of an edit for what holds.
+    fn revisit(
+        &mut self,
+        edit: i64,
+        direction: Direction,
+        author: &str,
+        when_secs: f64,
+    ) -> Result<String, MapError> {
         let what = self.journal.what(edit)?;
-        self.commit(
-            &EntryKind::Redo {
-                edit,
-                what: what.clone(),
-            },
-            author,
-            when_secs,
-            changes,
-        )?;
-        Ok(Some(what))
+        let summary = what.clone();
+        let changes = self.journal.changes(edit)?.into_iter();
+        let (kind, changes) = match direction {
+            Direction::Back => (
+                EntryKind::Undo { edit, what },
+                changes
+                    .map(|change| (change.document, change.before))
+                    .collect(),
+            ),
+            Direction::Again => (
+                EntryKind::Redo { edit, what },
+                changes
+                    .map(|change| (change.document, change.after))
+                    .collect(),
+            ),
+        };
+        self.commit(&kind, author, when_secs, changes)?;
+        Ok(summary)
+    }
+
+    /// Makes the home hold again what it held after the journal's entry `entry`. What came later stays in the history,
+    /// and this is an edit like others: it can be undone. The answer is its number, or nothing if it changes nothing.
+    ///
+    /// # Errors
+    /// As [`Home::edit`], and [`MapError::NoEntry`] if the journal has no such entry.
+    pub fn return_to(
+        &mut self,
+        entry: i64,
+        author: &str,
+        when_secs: f64,
+    ) -> Result<Option<i64>, MapError> {
+        self.take_in(when_secs)?;
+        let last = self.journal.last_entry()?;
+        if !(1..=last).contains(&entry) {
+            return Err(MapError::NoEntry {
+                path: self.dir.join(journal::FILE),
+                entry,
+                last,
+            });
+        }
+        let mut changes = DocumentChanges::new();
+        for later in (entry + 1..=last).rev() {
+            let before = self.journal.changes(later)?.into_iter();
+            changes.extend(before.map(|change| (change.document, change.before)));
+        }
+        let what = format!("return to entry {entry}");
+        self.commit(&EntryKind::Edit { what }, author, when_secs, changes)
+    }
+
+    /// Number of the journal's last entry.
+    ///
+    /// # Errors
+    /// [`MapError::Journal`] if the journal cannot be read.
+    pub fn last_entry(&self) -> Result<i64, MapError> {
+        self.journal.last_entry()
     }
 
     /// Whether there is an edit to undo, and one to do again.

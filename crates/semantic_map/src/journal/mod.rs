@@ -222,6 +222,13 @@ impl Journal {
         self.undone.last().copied()
     }
 
+    /// Number of the last entry.
+    pub(crate) fn last_entry(&self) -> Result<i64, MapError> {
+        let sql = "SELECT coalesce(max(id), 0) FROM entries";
+        let found = self.query(sql, params![], |row| row.get(0))?;
+        Ok(found.into_iter().next().unwrap_or_default())
+    }
+
     /// An edit in a few words.
     pub(crate) fn what(&self, edit: i64) -> Result<String, MapError> {
         let sql = "SELECT what FROM entries WHERE id = ?1";

@@ -141,6 +141,21 @@ fn model_edit(aosm: &Aosm, edit: &Edit) -> Option<Aosm> {
     is_sound.then_some(new)
 }
 
+#[test]
+fn an_entry_that_is_not_there_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut home = new_home(dir.path());
+    home.edit(&move_bottle(7.0), "ada", 1.0).unwrap();
+    for entry in [-1, 0, 3] {
+        let error = home.return_to(entry, "ada", 2.0).unwrap_err().to_string();
+        assert!(
+            error.contains(&format!("no entry {entry}; its last is 2")),
+            "{error}"
+        );
+    }
+    assert_eq!(home.last_entry().unwrap(), 2);
+}
+
 #[derive(Debug, Clone)]
 enum Step {
     Edit(Edit),
@@ -148,6 +163,8 @@ enum Step {
     Redo,
     Execute,
     Reopen,
+    /// Back to what the home held after an earlier step, by its place among them (modulo their number).
+    Return(usize),
 }
 
 fn name() -> impl Strategy<Value = String> {
@@ -242,6 +259,7 @@ fn step() -> impl Strategy<Value = Step> {
         2 => Just(Step::Redo),
         1 => Just(Step::Execute),
         1 => Just(Step::Reopen),
+        2 => any::<usize>().prop_map(Step::Return),
     ]
 }
 
@@ -286,6 +304,7 @@ proptest! {
         let mut past = vec![household()];
         let mut future = Vec::new();
         let mut n_executions = 0;
+        let mut held = vec![(1, household())];
         for (step, when) in steps.iter().zip(1..) {
             let when = f64::from(when);
             let now = past.last().unwrap().clone();
@@ -319,7 +338,17 @@ proptest! {
                     home = Home::open(dir.path(), when).unwrap();
                     prop_assert_eq!(home.aosm(), &before);
                 }
+                Step::Return(place) => {
+                    let (entry, then) = held[place % held.len()].clone();
+                    if home.return_to(entry, "ada", when).unwrap().is_some() {
+                        past.push(then);
+                        future.clear();
+                    } else {
+                        assert_same(home.aosm(), &then);
+                    }
+                }
             }
+            held.push((home.last_entry().unwrap(), past.last().unwrap().clone()));
             assert_same(home.aosm(), past.last().unwrap());
             prop_assert_eq!(home.can_undo_redo(), (past.len() > 1, !future.is_empty()));
             // What a person reads is what the home holds.
