@@ -41,6 +41,12 @@ pub enum AgentError {
     /// A scan cannot be put into the map.
     #[error("map: {0}")]
     Grid(#[from] GridError),
+    /// The robot cannot tell where in the stored map it is.
+    #[error("cannot find myself in the map: {verdict}")]
+    NotInMap {
+        /// What the last scan said.
+        verdict: String,
+    },
     /// The observer wished to stop.
     #[error("stopped on request")]
     Stopped,

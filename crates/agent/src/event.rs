@@ -3,6 +3,8 @@
 use factotum_geometry::Pose2;
 use factotum_semantic_map::{Aosm, TopologicalGraph};
 
+use crate::Checkpoint;
+
 /// Something the executive did or found.
 #[derive(Debug, Clone)]
 pub enum Event<'a> {
@@ -28,6 +30,13 @@ pub enum Event<'a> {
     Plan {
         /// All steps, navigation included.
         steps: &'a [StepView],
+    },
+    /// The robot is at rest: with this, the map and its own state, another executive can go on from here.
+    Checkpoint {
+        /// The map as it is now, what the camera has seen included.
+        aosm: &'a Aosm,
+        /// The rest.
+        checkpoint: &'a Checkpoint,
     },
 }
 

@@ -11,7 +11,7 @@ use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
 use crate::senses::Senses;
-use crate::{AgentError, LogLevel, Observer, RunReport, Settings, StepState, StepView};
+use crate::{AgentError, LogLevel, Observer, RunReport, Settings, Stage, StepState, StepView};
 
 /// Does chores with a robot, from what it believes of the home.
 pub struct Executive<'a> {
@@ -29,6 +29,9 @@ pub struct Executive<'a> {
     pub(crate) rng: ChaCha8Rng,
     pub(crate) steps: Vec<StepView>,
     pub(crate) report: RunReport,
+    pub(crate) stage: Stage,
+    /// When the chore began, on the robot's clock.
+    pub(crate) chore_began_secs: f64,
 }
 
 impl std::fmt::Debug for Executive<'_> {
@@ -57,7 +60,13 @@ impl<'a> Executive<'a> {
         let model = RobotModel::load(robot.description())?;
         let odom_from_base = robot.state()?.odom_from_base;
         let map = (aosm.grid.count_states()[0] > 0).then_some(&aosm.grid);
-        let senses = Senses::new(aosm.classes.values(), map_from_odom, &odom_from_base, map)?;
+        let senses = Senses::new(
+            aosm.classes.values(),
+            map_from_odom,
+            &odom_from_base,
+            map,
+            &aosm.cloud,
+        )?;
         Ok(Self {
             robot,
             model,
@@ -72,6 +81,8 @@ impl<'a> Executive<'a> {
             rng: ChaCha8Rng::seed_from_u64(seed),
             steps: Vec::new(),
             report: RunReport::default(),
+            stage: Stage::Between,
+            chore_began_secs: 0.0,
         })
     }
 
@@ -90,64 +101,83 @@ impl<'a> Executive<'a> {
         &self.graph
     }
 
-    /// Plans and does a chore. That it cannot be done is part of the report, not an error.
+    /// Plans and does a chore, or goes on with the one under way. That it cannot be done is part of the report, not an error.
     ///
     /// # Errors
     /// [`AgentError`] for faults of the robot, the planner or the map, and [`AgentError::Stopped`] when the observer
     /// wished to stop.
     pub fn do_chore(&mut self, goal: &ChoreGoal) -> Result<RunReport, AgentError> {
-        let started_secs = self.robot.state()?.time_secs;
-        self.report = RunReport::default();
+        if self.stage == Stage::Between {
+            self.report = RunReport::default();
+            self.stage = Stage::Planning;
+        }
+        self.chore_began_secs = self.robot.state()?.time_secs - self.report.robot_secs;
         let reason = self.pursue(goal)?;
+        self.stage = Stage::Between;
         self.report.is_believed_done = reason.is_none();
         if let Some(reason) = &reason {
             self.log(LogLevel::Error, reason.clone())?;
         }
         self.report.reason = reason;
-        self.report.robot_secs = self.robot.state()?.time_secs - started_secs;
+        self.report.robot_secs = self.robot.state()?.time_secs - self.chore_began_secs;
         Ok(self.report.clone())
     }
 
     /// Plans and acts until the goal is believed to hold; returns why not otherwise.
     fn pursue(&mut self, goal: &ChoreGoal) -> Result<Option<String>, AgentError> {
-        self.tuck()?;
-        for n_plans in 0..=self.settings.n_replans_max {
-            let Some(condition) = self.find_what_it_takes(goal)? else {
-                let missing = goal.condition(&self.aosm).err();
-                return Ok(Some(
-                    missing.map_or_else(String::new, |error| error.to_string()),
-                ));
-            };
-            let domain = self.aosm.domain()?;
-            let problem = self.aosm.problem(&domain, condition)?;
-            let plan = match self.planner.solve(&domain, &problem, &Limits::default())? {
-                PlanOutcome::Solved { plan, .. } => plan,
-                PlanOutcome::Unsolvable { reason } => {
-                    return Ok(Some(format!("no plan exists: {reason}")));
-                }
-                PlanOutcome::Exhausted { reason } => {
-                    return Ok(Some(format!("no plan was found: {reason}")));
-                }
-                PlanOutcome::LimitReached { limit } => {
-                    return Ok(Some(
-                        format!("planning reached its {limit:?} limit").to_lowercase(),
-                    ));
+        if self.stage == Stage::Planning {
+            self.tuck()?;
+        }
+        // A chore that goes on has its plan, or has had one.
+        let is_anew = self.stage == Stage::Planning && !self.report.plan.is_empty();
+        for n_plans in self.report.n_replans + usize::from(is_anew)..=self.settings.n_replans_max {
+            let n_done = match self.stage {
+                Stage::Acting { n_steps_done } => n_steps_done,
+                Stage::Between | Stage::Planning => {
+                    self.report.plan = match self.make_plan(goal)? {
+                        Ok(steps) => steps,
+                        Err(reason) => return Ok(Some(reason)),
+                    };
+                    0
                 }
             };
             self.report.n_replans = n_plans;
-            self.report.plan.clone_from(&plan.steps);
             self.ground_graph()?;
-            if plan.steps.is_empty() {
+            if self.report.plan.is_empty() {
                 return Ok(None);
             }
-            self.show_plan(&plan.steps)?;
-            match self.execute(&plan.steps)? {
+            match self.execute(n_done)? {
                 None => return Ok(None),
                 Some(reason) if n_plans == self.settings.n_replans_max => return Ok(Some(reason)),
                 Some(reason) => self.log(LogLevel::Warning, format!("planning anew: {reason}"))?,
             }
         }
         Ok(Some("the plan was made anew too often".to_owned()))
+    }
+
+    /// The steps of manipulation that lead from what is believed to the goal, or why there are none.
+    fn make_plan(
+        &mut self,
+        goal: &ChoreGoal,
+    ) -> Result<Result<Vec<GroundAction>, String>, AgentError> {
+        let Some(condition) = self.find_what_it_takes(goal)? else {
+            let missing = goal.condition(&self.aosm).err();
+            return Ok(Err(
+                missing.map_or_else(String::new, |error| error.to_string())
+            ));
+        };
+        let domain = self.aosm.domain()?;
+        let problem = self.aosm.problem(&domain, condition)?;
+        Ok(
+            match self.planner.solve(&domain, &problem, &Limits::default())? {
+                PlanOutcome::Solved { plan, .. } => Ok(plan.steps),
+                PlanOutcome::Unsolvable { reason } => Err(format!("no plan exists: {reason}")),
+                PlanOutcome::Exhausted { reason } => Err(format!("no plan was found: {reason}")),
+                PlanOutcome::LimitReached { limit } => {
+                    Err(format!("planning reached its {limit:?} limit").to_lowercase())
+                }
+            },
+        )
     }
 
     /// The goal over known objects; explores while one of its classes has not been found.
@@ -165,10 +195,20 @@ impl<'a> Executive<'a> {
         }
     }
 
-    /// Executes the steps; returns why the plan is no longer worth following, if so.
-    fn execute(&mut self, plan: &[GroundAction]) -> Result<Option<String>, AgentError> {
-        for (index, step) in plan.iter().enumerate() {
-            if let Err(reason) = self.perform(2 * index, step)? {
+    /// Executes the plan's steps after the first `n_done`; returns why it is no longer worth following, if so.
+    fn execute(&mut self, n_done: usize) -> Result<Option<String>, AgentError> {
+        let plan = self.report.plan.clone();
+        self.show_plan(&plan, n_done)?;
+        for (index, step) in plan.iter().enumerate().skip(n_done) {
+            let outcome = self.perform(2 * index, step)?;
+            self.stage = match outcome {
+                Ok(()) => Stage::Acting {
+                    n_steps_done: index + 1,
+                },
+                Err(_) => Stage::Planning,
+            };
+            self.checkpoint()?;
+            if let Err(reason) = outcome {
                 self.mark_rest_skipped(2 * index + 1)?;
                 return Ok(Some(reason));
             }

@@ -38,7 +38,7 @@ impl Executive<'_> {
     ) -> Result<(), AgentError> {
         self.log(LogLevel::Info, "exploring".to_owned())?;
         self.tuck()?;
-        self.look_around()?;
+        self.look_around_here()?;
         let mut spent: Vec<Point2<f64>> = Vec::new();
         for _ in 0..N_STOPS_MAX {
             if is_enough(&self.aosm) {
@@ -62,20 +62,23 @@ impl Executive<'_> {
                 self.log(LogLevel::Warning, format!("while exploring: {why}"))?;
                 continue;
             }
-            let here = self.map_from_base()?;
-            if !is_near(
-                &Point2::from(here.translation.vector),
-                &self.viewed,
-                APART_M,
-            ) {
-                self.look_around()?;
-            }
+            self.look_around_here()?;
         }
         let n_objects = self.aosm.objects.len();
         self.log(
             LogLevel::Info,
             format!("explored: {n_objects} objects found"),
         )
+    }
+
+    /// Turns once around, looking, if the robot has not done so near here.
+    fn look_around_here(&mut self) -> Result<(), AgentError> {
+        let here = Point2::from(self.map_from_base()?.translation.vector);
+        if is_near(&here, &self.viewed, APART_M) {
+            return Ok(());
+        }
+        self.look_around()?;
+        self.checkpoint()
     }
 
     /// Turns once around, looking.

@@ -8,12 +8,14 @@
 //! thesis 5.3); the skill; a look at what came of it; then on, again from elsewhere, or a new plan.
 
 mod act;
+mod checkpoint;
 mod drive;
 mod effects;
 mod error;
 mod event;
 mod executive;
 mod explore;
+mod localise;
 mod navigate;
 mod report;
 mod senses;
@@ -21,8 +23,10 @@ mod settings;
 mod surroundings;
 mod tell;
 
+pub use checkpoint::{Checkpoint, Stage};
 pub use error::AgentError;
 pub use event::{Event, LogLevel, Observer, StepKind, StepState, StepView, Wish};
 pub use executive::Executive;
+pub use localise::find_in_map;
 pub use report::{ExecutedStep, RunReport};
 pub use settings::Settings;

@@ -61,12 +61,14 @@ pub(crate) struct Senses {
 }
 
 impl Senses {
-    /// Senses for a robot whose first scan is taken at `map_from_base`, in a home of which `map` is known, if any.
+    /// Senses for a robot whose first scan is taken at `map_from_base`, in a home of which `map` is known, if any, and
+    /// the surfaces `seen`.
     pub(crate) fn new<'a>(
         classes: impl Iterator<Item = &'a ObjectClass>,
         map_from_odom: Pose2,
         odom_from_base: &Pose2,
         map: Option<&OccupancyGrid>,
+        seen: &PointCloud,
     ) -> Result<Self, AgentError> {
         let mut appearances = BTreeMap::new();
         for class in classes {
@@ -95,7 +97,7 @@ impl Senses {
                 .collect(),
             appearances,
             tracker: ObjectTracker::new(TrackerParams::default()),
-            cloud: HomeCloud::new(VOXEL_M, CLOUD_RANGE_M),
+            cloud: HomeCloud::from_cloud(VOXEL_M, CLOUD_RANGE_M, seen),
             names: BTreeMap::new(),
             n_absent: BTreeMap::new(),
             map_from_odom,

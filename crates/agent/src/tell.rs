@@ -26,8 +26,13 @@ impl Executive<'_> {
         self.heed(wish)
     }
 
-    /// Shows a new plan: before each manipulation stands the drive to it, two views a step.
-    pub(crate) fn show_plan(&mut self, plan: &[GroundAction]) -> Result<(), AgentError> {
+    /// Shows a plan of which the first `n_done` steps are done: before each manipulation stands the drive to it, two views
+    /// a step.
+    pub(crate) fn show_plan(
+        &mut self,
+        plan: &[GroundAction],
+        n_done: usize,
+    ) -> Result<(), AgentError> {
         let view = |action: &str, args: &[String], kind| StepView {
             action: action.to_owned(),
             args: args.to_vec(),
@@ -50,6 +55,9 @@ impl Executive<'_> {
                 ]
             })
             .collect();
+        for step in self.steps.iter_mut().take(2 * n_done) {
+            step.state = StepState::Done;
+        }
         self.show_steps()
     }
 
@@ -84,7 +92,7 @@ impl Executive<'_> {
         self.heed(wish)
     }
 
-    fn heed(&mut self, wish: Wish) -> Result<(), AgentError> {
+    pub(crate) fn heed(&mut self, wish: Wish) -> Result<(), AgentError> {
         match wish {
             Wish::GoOn => Ok(()),
             Wish::Stop => {

@@ -288,6 +288,7 @@ impl Observer for Reporter<'_> {
                 }
             }
             Event::Plan { steps } => self.hear_plan(steps),
+            Event::Checkpoint { .. } => {}
         }
         if self.stop.is_raised() {
             Wish::Stop

@@ -37,6 +37,16 @@ impl HomeCloud {
         }
     }
 
+    /// A cloud that goes on from a stored one, each of whose points counts as seen once.
+    #[must_use]
+    pub fn from_cloud(voxel_m: f64, distance_max_m: f64, stored: &PointCloud) -> Self {
+        let mut cloud = Self::new(voxel_m, distance_max_m);
+        for point in stored.points() {
+            cloud.add_point(point);
+        }
+        cloud
+    }
+
     /// Adds an image taken at `map_from_base`; `keep(label)` chooses what belongs to the home.
     ///
     /// Returns how many points were added. Once the most voxels are in use, known ones are still refined.
@@ -52,20 +62,24 @@ impl HomeCloud {
             if (point - camera).norm() > self.distance_max_m {
                 continue;
             }
-            let point = map_from_base * point;
-            if !point.iter().all(|v| v.is_finite()) {
-                continue;
-            }
-            let key = [point.x, point.y, point.z].map(|v| (v / self.voxel_m).floor() as i32);
-            if self.voxels.len() >= self.n_voxels_max && !self.voxels.contains_key(&key) {
-                continue;
-            }
-            let voxel = self.voxels.entry(key).or_default();
-            voxel.n_points = voxel.n_points.saturating_add(1);
-            voxel.mean += (point.coords - voxel.mean) / f64::from(voxel.n_points);
-            n_added += 1;
+            n_added += usize::from(self.add_point(&(map_from_base * point)));
         }
         n_added
+    }
+
+    /// Adds a point of the map, if there is room for it.
+    fn add_point(&mut self, point: &Point3<f64>) -> bool {
+        if !point.iter().all(|v| v.is_finite()) {
+            return false;
+        }
+        let key = [point.x, point.y, point.z].map(|v| (v / self.voxel_m).floor() as i32);
+        if self.voxels.len() >= self.n_voxels_max && !self.voxels.contains_key(&key) {
+            return false;
+        }
+        let voxel = self.voxels.entry(key).or_default();
+        voxel.n_points = voxel.n_points.saturating_add(1);
+        voxel.mean += (point.coords - voxel.mean) / f64::from(voxel.n_points);
+        true
     }
 
     /// Number of voxels with points.

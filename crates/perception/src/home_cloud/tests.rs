@@ -58,3 +58,25 @@ fn far_and_unwanted_points_are_left_out() {
     let nowhere = Pose::translation(f64::NAN, 0.0, 0.0);
     assert_eq!(only_bottle.add(&nowhere, &frame, |_| true), 0);
 }
+
+#[test]
+fn a_stored_cloud_is_gone_on_from() {
+    let frame = Scene {
+        things: vec![(bottle(), at([1.2, 0.0, 0.0], [0.0; 3]), "bottle")],
+        sigma_m: 0.0,
+    }
+    .look(&camera(0.5), 1);
+    let mut first = HomeCloud::new(0.03, 3.0);
+    first.add(&Pose::identity(), &frame, |_| true);
+    let stored = first.to_cloud(1);
+    let mut again = HomeCloud::from_cloud(0.03, 3.0, &stored);
+    assert_eq!(again.to_cloud(1), stored);
+    again.add(&Pose::identity(), &frame, |_| true);
+    assert_eq!(
+        again.len(),
+        first.len(),
+        "the same surfaces fall into the same voxels"
+    );
+    let broken = PointCloud::new(vec![Point3::new(f64::NAN, 0.0, 0.0)]);
+    assert!(HomeCloud::from_cloud(0.03, 3.0, &broken).is_empty());
+}

@@ -1,0 +1,78 @@
+//! What another executive needs, besides the map and the robot's own state, to go on where this one is.
+//!
+//! A checkpoint is taken between motions: after each stop of an exploration and each executed step of a plan. What the
+//! senses have gathered is not part of it: it is in the map (grid, objects, cloud), from which they begin again.
+
+use factotum_geometry::{Pose, Pose2};
+use nalgebra::Point2;
+
+use crate::{AgentError, Event, Executive, RunReport};
+
+/// Where an executive is in its work.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checkpoint {
+    /// Where the odometry frame lies in the map.
+    pub map_from_odom: Pose2,
+    /// How the gripper holds the object that the map says is held.
+    pub tcp_from_held: Option<Pose>,
+    /// Places in the map from which the robot has looked around.
+    pub viewed: Vec<Point2<f64>>,
+    /// How far the random stream has been used, in words.
+    pub rng_word_pos: u128,
+    /// How far the chore has come.
+    pub stage: Stage,
+    /// What was done for the chore so far.
+    pub report: RunReport,
+}
+
+/// How far a chore has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Stage {
+    /// None is under way.
+    #[default]
+    Between,
+    /// One is under way, and needs a plan.
+    Planning,
+    /// So many steps of the report's plan are done.
+    Acting {
+        /// Steps done.
+        n_steps_done: usize,
+    },
+}
+
+impl Executive<'_> {
+    /// Tells the observer what it takes to go on from here. The robot is to be at rest.
+    ///
+    /// # Errors
+    /// [`AgentError`] if the robot does not answer, and [`AgentError::Stopped`] when the observer wished to stop.
+    pub fn checkpoint(&mut self) -> Result<(), AgentError> {
+        self.aosm.cloud = self.senses.seen();
+        let secs = self.robot.state()?.time_secs - self.chore_began_secs;
+        let checkpoint = Checkpoint {
+            map_from_odom: self.senses.map_from_odom(),
+            tcp_from_held: self.tcp_from_held,
+            viewed: self.viewed.clone(),
+            rng_word_pos: self.rng.get_word_pos(),
+            stage: self.stage,
+            report: RunReport {
+                robot_secs: secs,
+                ..self.report.clone()
+            },
+        };
+        let wish = self.observer.observe(&Event::Checkpoint {
+            aosm: &self.aosm,
+            checkpoint: &checkpoint,
+        });
+        self.heed(wish)
+    }
+
+    /// Goes on from a checkpoint, after [`Executive::new`] with its map and `map_from_odom`. If a chore was under way,
+    /// the next [`Executive::do_chore`] goes on with it.
+    pub fn restore(&mut self, checkpoint: &Checkpoint) {
+        self.tcp_from_held = checkpoint.tcp_from_held;
+        self.viewed.clone_from(&checkpoint.viewed);
+        self.rng.set_word_pos(checkpoint.rng_word_pos);
+        self.stage = checkpoint.stage;
+        self.report.clone_from(&checkpoint.report);
+    }
+}
