@@ -30,7 +30,6 @@ impl Executive<'_> {
             format!("{} {}", skill.name(), option.object),
         )?;
         let outcome = skill.run(self.robot, &situation, &mut self.rng)?;
-        let is_gripping = self.is_gripping()?;
         match (outcome, &option.kind) {
             (Outcome::Done { tcp_from_held, .. }, OptionKind::Pick) => {
                 self.tcp_from_held = tcp_from_held;
@@ -51,8 +50,8 @@ impl Executive<'_> {
             }
             (Outcome::Failed(Failure::OnRequest), _) => Err(AgentError::Stopped),
             (Outcome::Failed(failure), kind) => {
-                if matches!(kind, OptionKind::Place { .. }) && !is_gripping {
-                    self.let_go(&option.object)?;
+                if matches!(kind, OptionKind::Place { .. }) {
+                    self.check_grip(&option.object)?.ok();
                 }
                 Ok(Err(failure.to_string()))
             }

@@ -54,6 +54,8 @@ pub(crate) enum Watch {
     Drifted(Pose2),
     /// Something stands in the way.
     Blocked(Point2<f64>),
+    /// There is no point in going on, for this reason.
+    GiveUp(String),
 }
 
 /// Sends a path and waits until the drive is over; `watch` is asked ten times a second.
@@ -91,6 +93,10 @@ pub(crate) fn follow(
             Watch::Blocked(place) => {
                 robot.stop()?;
                 return Ok(Drive::Blocked(place));
+            }
+            Watch::GiveUp(reason) => {
+                robot.stop()?;
+                return Ok(Drive::Failed(reason));
             }
         }
         if robot.state()?.time_secs - started_secs > timeout_secs {

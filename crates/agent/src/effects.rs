@@ -2,19 +2,24 @@
 
 use std::collections::BTreeSet;
 
+use factotum_control::RobotState;
 use factotum_descriptions::ActionSpec;
 use factotum_geometry::Pose;
+use factotum_geometry::frames::pose_from_planar;
 use factotum_semantic_map::Location;
 use factotum_skills::Failure;
 use nalgebra::Point3;
 
 use crate::{AgentError, Executive};
 
-/// Opening of the gripper below which it holds nothing, as a fraction.
-const EMPTY_OPENING: f64 = 0.06;
+/// Openings of the gripper at which something may be between its fingers, as fractions: neither closed nor wide open.
+const GRIPPING_OPENINGS: std::ops::Range<f64> = 0.06..0.95;
 
 /// How far outside the interval of a state a joint may be read and still count, as a share of the interval.
 const EFFECT_MARGIN: f64 = 0.5;
+
+/// Standard deviation of the position of an object that was let go and not seen since, metres.
+const LOST_STD_M: f64 = 0.3;
 
 /// An effect that was looked for: there, or why it is not.
 type Effect = Result<(), String>;
@@ -53,9 +58,31 @@ impl Executive<'_> {
     /// elsewhere.
     pub(crate) fn check_placed(&mut self, name: &str, target: &str) -> Result<Effect, AgentError> {
         let map_from_target = self.aosm.object(target)?.map_from_object;
+        let seen = self.seek(name, &map_from_target, Self::look_closely)?;
+        let object = self.aosm.object_mut(name)?;
+        if let Some((map_from_object, std_m)) = seen {
+            object.map_from_object = map_from_object;
+            object.position_std_m = std_m;
+        }
+        let map_from_object = object.map_from_object;
+        if self.is_within(target, &map_from_object)? {
+            self.aosm.object_mut(name)?.location = Location::In(target.to_owned());
+            return Ok(Ok(()));
+        }
+        Ok(Err(format!("`{name}` is seen outside `{target}`")))
+    }
+
+    /// Looks for an object that was let go, by intent or not: what turns up near where it is believed to be, or
+    /// was not known before, is taken for it. Without a sighting it is left loose where it is believed to be.
+    fn seek(
+        &mut self,
+        name: &str,
+        believed_at: &Pose,
+        look: impl FnOnce(&mut Self) -> Result<(), AgentError>,
+    ) -> Result<Option<(Pose, f64)>, AgentError> {
         let mut object = self.aosm.object(name)?.clone();
         object.location = Location::Loose;
-        object.map_from_object = map_from_target;
+        object.map_from_object = *believed_at;
         object.position_std_m = f64::INFINITY;
         self.aosm.objects.insert(name.to_owned(), object.clone());
         self.senses.forget(name);
@@ -64,37 +91,18 @@ impl Executive<'_> {
             objects.map(|object| object.name.clone()).collect()
         };
         let known = names(self);
-        self.look_closely()?;
-        let strangers: Vec<String> = names(self).difference(&known).cloned().collect();
-
-        // What turns up now and was not known before is what was let go.
-        let mut seen_at = None;
-        for stranger in strangers {
-            self.senses.rename(&stranger, name);
-            seen_at = self.aosm.objects.remove(&stranger);
+        look(self)?;
+        let mut sighting = self.aosm.objects.get(name).cloned();
+        for stranger in names(self).difference(&known) {
+            self.senses.rename(stranger, name);
+            sighting = self.aosm.objects.remove(stranger);
         }
-        let seen_at = seen_at
-            .as_ref()
-            .or_else(|| self.aosm.objects.get(name))
+        let seen = sighting
             .filter(|seen| seen.position_std_m.is_finite())
             .map(|seen| (seen.map_from_object, seen.position_std_m));
-        match seen_at {
-            Some((map_from_object, std_m)) if !self.is_within(target, &map_from_object)? => {
-                object.map_from_object = map_from_object;
-                object.position_std_m = std_m;
-                self.aosm.objects.insert(name.to_owned(), object);
-                Ok(Err(format!("`{name}` is seen outside `{target}`")))
-            }
-            seen => {
-                object.location = Location::In(target.to_owned());
-                if let Some((map_from_object, std_m)) = seen {
-                    object.map_from_object = map_from_object;
-                    object.position_std_m = std_m;
-                }
-                self.aosm.objects.insert(name.to_owned(), object);
-                Ok(Ok(()))
-            }
-        }
+        object.position_std_m = LOST_STD_M;
+        self.aosm.objects.insert(name.to_owned(), object);
+        Ok(seen)
     }
 
     /// Whether the origin of a pose is within the box about an object, as far as poses are known.
@@ -111,25 +119,35 @@ impl Executive<'_> {
             }))
     }
 
-    /// Whether the gripper is stopped by something between its fingers.
-    pub(crate) fn is_gripping(&mut self) -> Result<bool, AgentError> {
-        Ok(self.robot.state()?.gripper_opening > EMPTY_OPENING)
-    }
-
-    /// Whether the gripper still holds what it is believed to hold; if not, the belief is mended.
-    pub(crate) fn check_grip(&mut self, object: &str) -> Result<Effect, AgentError> {
-        if self.is_gripping()? {
+    /// Whether the gripper still holds what it is believed to hold. If not, the object is looked for all around; one
+    /// that is not seen is no longer known.
+    pub(crate) fn check_grip(&mut self, name: &str) -> Result<Effect, AgentError> {
+        if is_gripping(&self.robot.state()?) {
             return Ok(Ok(()));
         }
-        self.let_go(object)?;
-        let object = object.to_owned();
+        let map_from_base = pose_from_planar(&self.map_from_base()?, 0.0);
+        let map_from_object = match self.base_from_held()? {
+            Some(base_from_held) => map_from_base * base_from_held,
+            None => self.aosm.object(name)?.map_from_object,
+        };
+        self.tcp_from_held = None;
+        self.tuck()?;
+        match self.seek(name, &map_from_object, Self::look_around)? {
+            Some((map_from_object, std_m)) => {
+                let object = self.aosm.object_mut(name)?;
+                object.map_from_object = map_from_object;
+                object.position_std_m = std_m;
+            }
+            None => {
+                self.aosm.objects.remove(name);
+            }
+        }
+        let object = name.to_owned();
         Ok(Err(Failure::Slipped { object }.to_string()))
     }
+}
 
-    /// Believes that the gripper holds nothing any more.
-    pub(crate) fn let_go(&mut self, object: &str) -> Result<(), AgentError> {
-        self.tcp_from_held = None;
-        self.aosm.object_mut(object)?.location = Location::Loose;
-        Ok(())
-    }
+/// Whether the fingers may be stopped by something between them.
+pub(crate) fn is_gripping(state: &RobotState) -> bool {
+    GRIPPING_OPENINGS.contains(&state.gripper_opening)
 }

@@ -11,6 +11,7 @@ use nalgebra::Point2;
 
 use crate::act::skill_for;
 use crate::drive::{self, Drive, Watch};
+use crate::effects::is_gripping;
 use crate::senses::Care;
 use crate::{AgentError, Executive};
 
@@ -208,7 +209,13 @@ impl Executive<'_> {
             if n_looks.is_multiple_of(8) {
                 senses.look(robot, aosm, base_from_held, Care::InPassing)?;
             }
-            let map_from_base = senses.map_from_odom() * robot.state()?.odom_from_base;
+            let state = robot.state()?;
+            if base_from_held.is_some() && !is_gripping(&state) {
+                return Ok(Watch::GiveUp(
+                    "the gripper has lost what it held".to_owned(),
+                ));
+            }
+            let map_from_base = senses.map_from_odom() * state.odom_from_base;
             if let Some(map) = senses.map()
                 && n_looks.is_multiple_of(3)
                 && let Some(place) = obstacle_on(
