@@ -179,7 +179,7 @@ impl Executive<'_> {
 /// The skill that does an option.
 pub(crate) fn skill_for(option: &OptionSpec) -> Box<dyn Skill> {
     match &option.kind {
-        OptionKind::Pick => Box::new(Pick::default()),
+        OptionKind::Pick => Box::new(Pick),
         OptionKind::Place { action, .. } => Box::new(Place {
             target_from_object: action.place.unwrap_or_default().into(),
         }),

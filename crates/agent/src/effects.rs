@@ -2,18 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use factotum_control::RobotState;
 use factotum_descriptions::ActionSpec;
 use factotum_geometry::Pose;
 use factotum_geometry::frames::pose_from_planar;
 use factotum_semantic_map::Location;
-use factotum_skills::Failure;
+use factotum_skills::{Failure, is_holding};
 use nalgebra::Point3;
 
 use crate::{AgentError, Executive};
-
-/// Openings of the gripper at which something may be between its fingers, as fractions: neither closed nor wide open.
-const GRIPPING_OPENINGS: std::ops::Range<f64> = 0.06..0.95;
 
 /// How far outside the interval of a state a joint may be read and still count, as a share of the interval.
 const EFFECT_MARGIN: f64 = 0.5;
@@ -122,7 +118,7 @@ impl Executive<'_> {
     /// Whether the gripper still holds what it is believed to hold. If not, the object is looked for all around; one
     /// that is not seen is no longer known.
     pub(crate) fn check_grip(&mut self, name: &str) -> Result<Effect, AgentError> {
-        if is_gripping(&self.robot.state()?) {
+        if is_holding(self.robot.state()?.gripper_opening) {
             return Ok(Ok(()));
         }
         let map_from_base = pose_from_planar(&self.map_from_base()?, 0.0);
@@ -145,9 +141,4 @@ impl Executive<'_> {
         let object = name.to_owned();
         Ok(Err(Failure::Slipped { object }.to_string()))
     }
-}
-
-/// Whether the fingers may be stopped by something between them.
-pub(crate) fn is_gripping(state: &RobotState) -> bool {
-    GRIPPING_OPENINGS.contains(&state.gripper_opening)
 }

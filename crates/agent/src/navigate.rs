@@ -5,13 +5,12 @@ use factotum_geometry::frames::planar_from_pose;
 use factotum_geometry::grid::OccupancyGrid;
 use factotum_motion::{InflatedGrid, InflationOptions};
 use factotum_semantic_map::{GraphNode, OptionSpec, TopologicalGraph};
-use factotum_skills::Initiation;
+use factotum_skills::{Initiation, is_holding};
 use factotum_symbols::ground;
 use nalgebra::Point2;
 
 use crate::act::skill_for;
 use crate::drive::{self, Drive, Watch};
-use crate::effects::is_gripping;
 use crate::senses::Care;
 use crate::{AgentError, Executive};
 
@@ -210,7 +209,7 @@ impl Executive<'_> {
                 senses.look(robot, aosm, base_from_held, Care::InPassing)?;
             }
             let state = robot.state()?;
-            if base_from_held.is_some() && !is_gripping(&state) {
+            if base_from_held.is_some() && !is_holding(state.gripper_opening) {
                 return Ok(Watch::GiveUp(
                     "the gripper has lost what it held".to_owned(),
                 ));

@@ -6,11 +6,9 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DescriptionError {
-    /// The file could not be read or written.
-    #[error("cannot {verb} `{}`: {source}", path.display())]
+    /// The file could not be read.
+    #[error("cannot read `{}`: {source}", path.display())]
     Io {
-        /// What was tried: `read` or `write`.
-        verb: &'static str,
         /// The file.
         path: PathBuf,
         /// The system's word.

@@ -25,5 +25,5 @@ pub use placement::Placement;
 pub use robot::{
     Arm, Base, Camera, Gripper, Lidar, Lift, RobotDescription, RobotPart, Sensors, TcpFrame,
 };
-pub use toml_file::{nearest_name, parse_toml, read_toml, write_toml};
+pub use toml_file::{nearest_name, parse_toml, read_toml};
 pub use trajectory::{JointTrajectory, TrajectoryError, TrajectoryPoint};

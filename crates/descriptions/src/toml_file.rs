@@ -1,8 +1,7 @@
-//! Reading and writing TOML that people edit: unknown keys are errors that name the nearest known one.
+//! Reading TOML that people edit: unknown keys are errors that name the nearest known one.
 
 use std::path::Path;
 
-use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::DescriptionError;
@@ -16,7 +15,6 @@ use crate::DescriptionError;
 /// [`DescriptionError::Syntax`] for everything else that is not of the wanted form.
 pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, DescriptionError> {
     let text = std::fs::read_to_string(path).map_err(|source| DescriptionError::Io {
-        verb: "read",
         path: path.to_owned(),
         source,
     })?;
@@ -29,25 +27,6 @@ pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, DescriptionError
 /// Those of [`read_toml`], but for `Io`.
 pub fn parse_toml<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, DescriptionError> {
     toml::from_str(text).map_err(|error| explain(path, text, &error))
-}
-
-/// Writes `value` as TOML through a temporary file and a rename, so that a crash leaves the old file or the new one.
-///
-/// # Errors
-/// [`DescriptionError::Io`] if the file cannot be written, [`DescriptionError::Syntax`] if the value has no TOML form.
-pub fn write_toml<T: Serialize>(path: &Path, value: &T) -> Result<(), DescriptionError> {
-    let text = toml::to_string_pretty(value).map_err(|error| DescriptionError::Syntax {
-        path: path.to_owned(),
-        message: error.to_string(),
-    })?;
-    let io = |source| DescriptionError::Io {
-        verb: "write",
-        path: path.to_owned(),
-        source,
-    };
-    let beside = path.with_extension("toml.part");
-    std::fs::write(&beside, text).map_err(io)?;
-    std::fs::rename(&beside, path).map_err(io)
 }
 
 /// The candidate most like `name`, if any is near enough to be a slip of the keyboard.

@@ -6,13 +6,12 @@ use factotum_control::{
 };
 use factotum_geometry::Pose;
 use factotum_motion::{
-    CartesianFailure, CartesianFailureReason, IkOptions, IkOutcome, MotionError, PathOutcome,
-    PlanLimits, PlanningScene, RobotModel, ToolLineOptions, plan_joints, plan_tool_line, solve_ik,
-    time_path,
+    CartesianFailure, CartesianFailureReason, MotionError, PathOutcome, PlanLimits, PlanningScene,
+    RobotModel, ToolLineOptions, plan_joints, plan_tool_line, time_path,
 };
 use rand_chacha::ChaCha8Rng;
 
-use crate::{Failure, Outcome, SkillError};
+use crate::{Failure, SkillError};
 
 /// Fraction of the joint speed limits used in free space, and near things.
 const SPEED_FREE: f64 = 0.6;
@@ -20,6 +19,15 @@ const SPEED_NEAR: f64 = 0.25;
 
 /// How long a motion may take beyond its own duration before it counts as stuck, seconds.
 const PATIENCE_SECS: f64 = 5.0;
+
+/// Openings of the gripper at which something may be between its fingers, as fractions: neither closed nor wide open.
+const HOLDING_OPENINGS: std::ops::Range<f64> = 0.06..0.95;
+
+/// Whether a gripper that was to close, and is this far open (as a fraction), may hold something.
+#[must_use]
+pub fn is_holding(gripper_opening: f64) -> bool {
+    HOLDING_OPENINGS.contains(&gripper_opening)
+}
 
 /// Either the attempt failed, or the machine did.
 #[derive(Debug)]
@@ -49,15 +57,6 @@ impl From<SkillError> for Stop {
 impl From<MotionError> for Stop {
     fn from(error: MotionError) -> Self {
         Self::Error(error.into())
-    }
-}
-
-/// Turns the inner result of a skill into what the trait promises.
-pub(crate) fn report(result: Result<Outcome, Stop>) -> Result<Outcome, SkillError> {
-    match result {
-        Ok(outcome) => Ok(outcome),
-        Err(Stop::Failed(failure)) => Ok(Outcome::Failed(failure)),
-        Err(Stop::Error(error)) => Err(error),
     }
 }
 
@@ -197,11 +196,14 @@ impl<'a> ArmMotion<'a> {
         self.send(Command::Tool(path), time_secs + PATIENCE_SECS, doing)
     }
 
-    /// Opens or closes the gripper and returns how far open it ended.
-    pub(crate) fn grip(&mut self, opening: f64, force_n: f64) -> Result<f64, Stop> {
+    /// Opens or closes the gripper with all its force and returns how far open it ended.
+    pub(crate) fn grip(&mut self, opening: f64) -> Result<f64, Stop> {
         const TIMEOUT_SECS: f64 = 4.0;
-        if self.model.description().gripper.is_some() {
-            let goal = GripperGoal { opening, force_n };
+        if let Some(gripper) = &self.model.description().gripper {
+            let goal = GripperGoal {
+                opening,
+                force_n: gripper.force_max_n,
+            };
             send_and_wait(
                 self.robot,
                 Command::Gripper(goal),
@@ -231,52 +233,6 @@ impl<'a> ArmMotion<'a> {
     }
 }
 
-/// A way for the tool: a posture to start from, and the joint path along the poses.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct ToolWay {
-    /// Posture at the first pose, free of collisions.
-    pub(crate) start: Vec<f64>,
-    /// Manipulability at the start (Eq. 3.2), the larger the better.
-    pub(crate) manipulability: f64,
-}
-
-/// Looks for a posture at the first pose from which the tool can follow all the others.
-///
-/// `free` is the scene for the posture at the first pose, `near` the one for the way on, in which contacts may be
-/// allowed. The error says how near the best try came.
-pub(crate) fn find_tool_way(
-    free: &mut PlanningScene,
-    near: &mut PlanningScene,
-    poses: &[Pose],
-    seeds: &[Vec<f64>],
-    rng: &mut ChaCha8Rng,
-) -> Result<ToolWay, String> {
-    let Some((first, rest)) = poses.split_first() else {
-        return Err("no poses".to_owned());
-    };
-    let options = IkOptions {
-        avoid_collision: true,
-        ..IkOptions::default()
-    };
-    match solve_ik(free, first, seeds, &options, rng) {
-        IkOutcome::Failed(failure) => Err(match failure.collision {
-            Some((a, b)) => format!("`{a}` would touch `{b}`"),
-            None => format!(
-                "the nearest posture is {:.2} m off",
-                failure.best_position_error_m
-            ),
-        }),
-        IkOutcome::Solved(solution) => {
-            plan_tool_line(near, &solution.q, rest, &ToolLineOptions::default())
-                .map_err(|failure| in_words(&failure))?;
-            Ok(ToolWay {
-                start: solution.q,
-                manipulability: solution.manipulability,
-            })
-        }
-    }
-}
-
 /// The joint path of the tool along straight lines through `poses`, or why there is none.
 pub(crate) fn tool_line(
     scene: &mut PlanningScene,
@@ -290,7 +246,7 @@ pub(crate) fn tool_line(
     })
 }
 
-fn in_words(failure: &CartesianFailure) -> String {
+pub(crate) fn in_words(failure: &CartesianFailure) -> String {
     let reason = match &failure.reason {
         CartesianFailureReason::Unreachable {
             joint_at_limit: Some(joint),

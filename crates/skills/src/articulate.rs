@@ -5,17 +5,16 @@
 //! so that errors of Γ and τ become small forces instead of large ones. β: the tool reached the end of the arc, or met
 //! more force than the joint takes.
 
-use factotum_control::{Impedance, Robot, RobotState};
+use factotum_control::{Impedance, Robot};
 use factotum_descriptions::{ActionSpec, Contact, Grasp, ObjectJoint};
 use factotum_geometry::Pose;
-use factotum_motion::PlanningScene;
 use factotum_motion::grasps::expand_grasp;
 use nalgebra::Translation3;
 use rand_chacha::ChaCha8Rng;
 
-use crate::arm::{ArmMotion, Stop, ToolPathNeeds, ToolWay, find_tool_way, report, tool_line};
-use crate::pick::{grip_force, scenes};
-use crate::{Failure, Initiation, Outcome, Situation, Skill, SkillError};
+use crate::arm::{ArmMotion, Stop, ToolPathNeeds, tool_line};
+use crate::way::{ToolWay, WaySkill, find_tool_way};
+use crate::{Failure, Outcome, Situation};
 
 /// Angle (rad) or way (m) between poses of the arc.
 const ARC_STEP: f64 = 0.05;
@@ -35,7 +34,9 @@ pub struct Articulate {
     pub action: ActionSpec,
 }
 
-struct Arc {
+/// The motion of the tool with the link that it moves, in the base frame.
+#[derive(Debug)]
+pub(crate) struct Arc {
     before: Pose,
     poses: Vec<Pose>,
     termination: f64,
@@ -62,18 +63,32 @@ impl Articulate {
         situation.object.class.grasps.iter().filter(named).collect()
     }
 
+    /// How far the gripper is open on the way: shut to push, open to grasp.
+    fn opening(&self) -> f64 {
+        match self.action.contact {
+            Contact::Push => 0.0,
+            Contact::Grasp => 1.0,
+        }
+    }
+}
+
+impl WaySkill for Articulate {
+    type Way = Arc;
+
+    fn name(&self) -> &str {
+        &self.action.name
+    }
+
     /// The first arc that the arm can follow.
-    fn arc(
+    fn find_way(
         &self,
         situation: &Situation,
-        seed: &[f64],
+        from: &[f64],
         rng: &mut ChaCha8Rng,
-    ) -> Result<Result<Arc, Failure>, SkillError> {
+    ) -> Result<Arc, Stop> {
         let object = &situation.object;
-        let joint = match self.joint(situation) {
-            Ok(joint) => joint,
-            Err(failure) => return Ok(Err(failure)),
-        };
+        let joint = self.joint(situation)?;
+        let seeds = [from.to_vec(), situation.robot.q_ready()];
         let from = object
             .joints
             .get(&joint.name)
@@ -82,15 +97,7 @@ impl Articulate {
             .unwrap_or(0.0);
         let to = self.action.termination.unwrap_or(from);
         let n_steps = ((to - from).abs() / ARC_STEP).ceil().max(1.0) as usize;
-        let (mut free, mut near) = scenes(situation)?;
-        let opening = if self.action.contact == Contact::Push {
-            0.0
-        } else {
-            1.0
-        };
-        free.set_gripper(opening);
-        near.set_gripper(opening);
-        let seeds = [seed.to_vec(), situation.robot.q_ready()];
+        let (mut free, mut near) = situation.scenes(self.opening())?;
         let mut detail = "its class has no grasp".to_owned();
         for grasp in self.grasps(situation) {
             for candidate in expand_grasp(grasp, N_TURNS) {
@@ -108,48 +115,44 @@ impl Articulate {
                     .collect();
                 match find_tool_way(&mut free, &mut near, &all, &seeds, rng) {
                     Ok(way) => {
-                        return Ok(Ok(Arc {
+                        return Ok(Arc {
                             before,
                             poses,
                             termination: to,
                             way,
-                        }));
+                        });
                     }
                     Err(reason) => detail = reason,
                 }
             }
         }
-        Ok(Err(Failure::OutOfReach {
+        Err(Failure::OutOfReach {
             object: object.name.clone(),
             detail,
-        }))
+        }
+        .into())
     }
 
-    fn attempt(
+    fn go(
         &self,
+        arc: Arc,
         robot: &mut dyn Robot,
         situation: &Situation,
         rng: &mut ChaCha8Rng,
     ) -> Result<Outcome, Stop> {
         let name = &situation.object.name;
         let joint = self.joint(situation)?.name.clone();
-        let state = robot.state()?;
-        let seed = situation
-            .robot
-            .q_from_state(state.lift_m, &state.arm_positions);
-        let arc = self.arc(situation, &seed, rng)??;
-        let (mut free, mut near) = scenes(situation)?;
+        let (mut free, mut near) = situation.scenes(self.opening())?;
         let is_push = self.action.contact == Contact::Push;
         let mut arm = ArmMotion::new(robot, &situation.robot, rng);
-        arm.grip(if is_push { 0.0 } else { 1.0 }, grip_force(situation))?;
-        set_opening(&mut free, &mut near, is_push);
+        arm.grip(self.opening())?;
         arm.go(&mut free, std::slice::from_ref(&arc.way.start), name)?;
         let q = arm.configuration()?;
         let contact = arc.poses[0];
         let to_contact = tool_line(&mut near, &q, &[contact], name)?;
         arm.follow_near(&to_contact, &format!("approach {name}"))?;
         if !is_push {
-            arm.grip(0.0, grip_force(situation))?;
+            arm.grip(0.0)?;
         }
         let needs = ToolPathNeeds {
             speed_m_per_s: SPEED_M_PER_S,
@@ -163,7 +166,7 @@ impl Articulate {
         };
         let moved = arm.tool(&arc.poses, &needs, &format!("move {joint} of {name}"));
         if !is_push {
-            arm.grip(1.0, grip_force(situation))?;
+            arm.grip(1.0)?;
         }
         // Back off even when the arc failed: a skill ends in free space (thesis 3.4.1).
         let last = arc.poses.last().copied().unwrap_or(arc.before);
@@ -179,41 +182,5 @@ impl Articulate {
             tcp_from_held: None,
             joints: [(joint, arc.termination)].into(),
         })
-    }
-}
-
-fn set_opening(free: &mut PlanningScene, near: &mut PlanningScene, is_push: bool) {
-    let opening = if is_push { 0.0 } else { 1.0 };
-    free.set_gripper(opening);
-    near.set_gripper(opening);
-}
-
-impl Skill for Articulate {
-    fn name(&self) -> &str {
-        &self.action.name
-    }
-
-    fn initiation(
-        &self,
-        situation: &Situation,
-        state: &RobotState,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<Initiation, SkillError> {
-        let seed = situation
-            .robot
-            .q_from_state(state.lift_m, &state.arm_positions);
-        Ok(match self.arc(situation, &seed, rng)? {
-            Ok(_) => Initiation::Possible,
-            Err(failure) => Initiation::Impossible(failure),
-        })
-    }
-
-    fn run(
-        &self,
-        robot: &mut dyn Robot,
-        situation: &Situation,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<Outcome, SkillError> {
-        report(self.attempt(robot, situation, rng))
     }
 }

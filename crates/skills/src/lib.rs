@@ -11,8 +11,9 @@ mod articulate;
 mod pick;
 mod place;
 mod skill;
+mod way;
 
-pub use arm::{ArmMotion, ToolPathNeeds};
+pub use arm::{ArmMotion, ToolPathNeeds, is_holding};
 pub use articulate::Articulate;
 pub use pick::Pick;
 pub use place::Place;

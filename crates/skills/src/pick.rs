@@ -3,15 +3,15 @@
 //! I: some grasp of the class can be reached, approached and lifted from. π: open, go before the grasp, approach along
 //! the tool's z axis, close, lift. β: the fingers stopped on something and still hold it after the lift.
 
-use factotum_control::{Robot, RobotState};
+use factotum_control::Robot;
 use factotum_geometry::Pose;
-use factotum_motion::PlanningScene;
 use factotum_motion::grasps::expand_grasp;
 use nalgebra::Translation3;
 use rand_chacha::ChaCha8Rng;
 
-use crate::arm::{ArmMotion, Stop, ToolWay, find_tool_way, report, tool_line};
-use crate::{Failure, Initiation, Outcome, Situation, Skill, SkillError};
+use crate::arm::{ArmMotion, Stop, is_holding, tool_line};
+use crate::way::{ToolWay, WaySkill, find_tool_way};
+use crate::{Failure, Outcome, Situation};
 
 /// How far before the grasp the approach begins, metres.
 const STANDOFF_M: f64 = 0.10;
@@ -21,37 +21,42 @@ const LIFT_M: f64 = 0.10;
 const N_TURNS: usize = 16;
 /// Enough good grasps to choose from.
 const N_WAYS: usize = 3;
-/// Opening below which the gripper holds nothing, as a fraction.
-const EMPTY_OPENING: f64 = 0.06;
 
 /// Takes the object of the situation into the gripper.
-#[derive(Debug, Clone, Default)]
-pub struct Pick {
-    /// Name of a grasp to leave out, because it failed before.
-    pub without: Vec<usize>,
-}
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Pick;
 
-struct GraspWay {
+/// A grasp, and the way to it.
+#[derive(Debug)]
+pub(crate) struct GraspWay {
     base_from_tcp: Pose,
     approach: ToolWay,
 }
 
-impl Pick {
-    fn ways(
+impl WaySkill for Pick {
+    /// The best first.
+    type Way = Vec<GraspWay>;
+
+    fn name(&self) -> &str {
+        "pick"
+    }
+
+    fn find_way(
         &self,
         situation: &Situation,
-        seed: &[f64],
+        from: &[f64],
         rng: &mut ChaCha8Rng,
-    ) -> Result<Result<Vec<GraspWay>, Failure>, SkillError> {
+    ) -> Result<Vec<GraspWay>, Stop> {
         let object = &situation.object;
         if object.class.grasps.is_empty() {
-            return Ok(Err(Failure::NotDescribed {
+            return Err(Failure::NotDescribed {
                 class: object.class.name.clone(),
                 what: "grasp".to_owned(),
-            }));
+            }
+            .into());
         }
-        let (mut free, mut near) = scenes(situation)?;
-        let mut seeds = vec![seed.to_vec(), situation.robot.q_ready()];
+        let (mut free, mut near) = situation.scenes(1.0)?;
+        let mut seeds = vec![from.to_vec(), situation.robot.q_ready()];
         let mut ways: Vec<GraspWay> = Vec::new();
         let mut detail = String::new();
         let candidates = object
@@ -59,10 +64,7 @@ impl Pick {
             .grasps
             .iter()
             .flat_map(|grasp| expand_grasp(grasp, N_TURNS));
-        for (index, candidate) in candidates.enumerate() {
-            if self.without.contains(&index) {
-                continue;
-            }
+        for candidate in candidates {
             let grasp = candidate.base_from_tcp(&object.base_from_object);
             let before = grasp * Translation3::new(0.0, 0.0, -STANDOFF_M);
             let lifted = Translation3::new(0.0, 0.0, LIFT_M) * grasp;
@@ -81,34 +83,31 @@ impl Pick {
             }
         }
         if ways.is_empty() {
-            return Ok(Err(Failure::OutOfReach {
+            return Err(Failure::OutOfReach {
                 object: object.name.clone(),
                 detail,
-            }));
+            }
+            .into());
         }
         ways.sort_by(|a, b| {
             b.approach
                 .manipulability
                 .total_cmp(&a.approach.manipulability)
         });
-        Ok(Ok(ways))
+        Ok(ways)
     }
 
-    fn attempt(
+    fn go(
         &self,
+        ways: Vec<GraspWay>,
         robot: &mut dyn Robot,
         situation: &Situation,
         rng: &mut ChaCha8Rng,
     ) -> Result<Outcome, Stop> {
         let name = &situation.object.name;
-        let state = robot.state()?;
-        let seed = situation
-            .robot
-            .q_from_state(state.lift_m, &state.arm_positions);
-        let ways = self.ways(situation, &seed, rng)??;
-        let (mut free, mut near) = scenes(situation)?;
+        let (mut free, mut near) = situation.scenes(1.0)?;
         let mut arm = ArmMotion::new(robot, &situation.robot, rng);
-        arm.grip(1.0, grip_force(situation))?;
+        arm.grip(1.0)?;
         let mut refused = None;
         for way in ways {
             match arm.go(&mut free, std::slice::from_ref(&way.approach.start), name) {
@@ -123,8 +122,8 @@ impl Pick {
             let lifted = Translation3::new(0.0, 0.0, LIFT_M) * way.base_from_tcp;
             let to_grasp = tool_line(&mut near, &q, &[way.base_from_tcp], name)?;
             arm.follow_near(&to_grasp, &format!("approach {name}"))?;
-            if arm.grip(0.0, grip_force(situation))? < EMPTY_OPENING {
-                arm.grip(1.0, grip_force(situation))?;
+            if !is_holding(arm.grip(0.0)?) {
+                arm.grip(1.0)?;
                 return Err(Failure::Missed {
                     object: name.clone(),
                 }
@@ -133,7 +132,7 @@ impl Pick {
             let q = arm.configuration()?;
             let up = tool_line(&mut near, &q, &[lifted], name)?;
             arm.follow_near(&up, &format!("lift {name}"))?;
-            if arm.state()?.gripper_opening < EMPTY_OPENING {
+            if !is_holding(arm.state()?.gripper_opening) {
                 return Err(Failure::Slipped {
                     object: name.clone(),
                 }
@@ -152,55 +151,4 @@ impl Pick {
             })
             .into())
     }
-}
-
-impl Skill for Pick {
-    fn name(&self) -> &str {
-        "pick"
-    }
-
-    fn initiation(
-        &self,
-        situation: &Situation,
-        state: &RobotState,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<Initiation, SkillError> {
-        let seed = situation
-            .robot
-            .q_from_state(state.lift_m, &state.arm_positions);
-        Ok(match self.ways(situation, &seed, rng)? {
-            Ok(_) => Initiation::Possible,
-            Err(failure) => Initiation::Impossible(failure),
-        })
-    }
-
-    fn run(
-        &self,
-        robot: &mut dyn Robot,
-        situation: &Situation,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<Outcome, SkillError> {
-        report(self.attempt(robot, situation, rng))
-    }
-}
-
-/// The scene in which the object must not be touched, and the one in which the tool may touch it.
-pub(crate) fn scenes(situation: &Situation) -> Result<(PlanningScene, PlanningScene), SkillError> {
-    let mut obstacles = situation.obstacles.clone();
-    obstacles.push(situation.object.as_obstacle());
-    let mut free = PlanningScene::new(&situation.robot, &obstacles, None)?;
-    free.set_gripper(1.0);
-    let mut near = PlanningScene::new(&situation.robot, &obstacles, None)?;
-    near.set_gripper(1.0);
-    near.allow_contact(&situation.object.name);
-    Ok((free, near))
-}
-
-pub(crate) fn grip_force(situation: &Situation) -> f64 {
-    situation
-        .robot
-        .description()
-        .gripper
-        .as_ref()
-        .map_or(0.0, |gripper| gripper.force_max_n)
 }

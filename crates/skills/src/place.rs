@@ -3,15 +3,15 @@
 //! I: the gripper holds the object, and some turn of the release pose can be reached. π: go there, open, back off along
 //! the tool's z axis. β: the fingers are open and the tool is clear.
 
-use factotum_control::{Robot, RobotState};
+use factotum_control::Robot;
 use factotum_geometry::Pose;
 use factotum_motion::PlanningScene;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 
-use crate::arm::{ArmMotion, Stop, ToolWay, find_tool_way, report, tool_line};
-use crate::pick::grip_force;
-use crate::{Failure, Initiation, Outcome, Situation, Skill, SkillError};
+use crate::arm::{ArmMotion, Stop, tool_line};
+use crate::way::{ToolWay, WaySkill, find_tool_way};
+use crate::{Failure, Outcome, Situation, SkillError};
 
 /// Turns of the object about the target's z axis that are tried.
 const N_TURNS: usize = 12;
@@ -64,24 +64,30 @@ impl Place {
             held.as_ref(),
         )?)
     }
+}
 
-    fn way(
+impl WaySkill for Place {
+    /// The way, and the pose of release at its end.
+    type Way = (ToolWay, Pose);
+
+    fn name(&self) -> &str {
+        "place"
+    }
+
+    fn find_way(
         &self,
         situation: &Situation,
-        seed: &[f64],
+        from: &[f64],
         rng: &mut ChaCha8Rng,
-    ) -> Result<Result<(ToolWay, Pose), Failure>, SkillError> {
-        let poses = match self.release_poses(situation) {
-            Ok(poses) => poses,
-            Err(failure) => return Ok(Err(failure)),
-        };
+    ) -> Result<(ToolWay, Pose), Stop> {
+        let poses = self.release_poses(situation)?;
         let mut scene = Self::scene(situation)?;
         let mut again = Self::scene(situation)?;
-        let seeds = [seed.to_vec(), situation.robot.q_ready()];
+        let seeds = [from.to_vec(), situation.robot.q_ready()];
         let mut detail = String::new();
         for pose in poses {
             match find_tool_way(&mut scene, &mut again, &[pose], &seeds, rng) {
-                Ok(way) => return Ok(Ok((way, pose))),
+                Ok(way) => return Ok((way, pose)),
                 Err(reason) => detail = reason,
             }
         }
@@ -89,20 +95,16 @@ impl Place {
             .target
             .as_ref()
             .map_or_else(String::new, |target| target.name.clone());
-        Ok(Err(Failure::OutOfReach { object, detail }))
+        Err(Failure::OutOfReach { object, detail }.into())
     }
 
-    fn attempt(
+    fn go(
         &self,
+        (way, pose): (ToolWay, Pose),
         robot: &mut dyn Robot,
         situation: &Situation,
         rng: &mut ChaCha8Rng,
     ) -> Result<Outcome, Stop> {
-        let state = robot.state()?;
-        let seed = situation
-            .robot
-            .q_from_state(state.lift_m, &state.arm_positions);
-        let (way, pose) = self.way(situation, &seed, rng)??;
         let target = situation
             .target
             .as_ref()
@@ -110,7 +112,7 @@ impl Place {
         let mut scene = Self::scene(situation)?;
         let mut arm = ArmMotion::new(robot, &situation.robot, rng);
         arm.go(&mut scene, &[way.start], target)?;
-        arm.grip(1.0, grip_force(situation))?;
+        arm.grip(1.0)?;
         let mut empty = PlanningScene::new(&situation.robot, &situation.obstacles, None)?;
         empty.set_gripper(1.0);
         let q = arm.configuration()?;
@@ -126,35 +128,5 @@ impl Place {
             tcp_from_held: None,
             joints: Default::default(),
         })
-    }
-}
-
-impl Skill for Place {
-    fn name(&self) -> &str {
-        "place"
-    }
-
-    fn initiation(
-        &self,
-        situation: &Situation,
-        state: &RobotState,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<Initiation, SkillError> {
-        let seed = situation
-            .robot
-            .q_from_state(state.lift_m, &state.arm_positions);
-        Ok(match self.way(situation, &seed, rng)? {
-            Ok(_) => Initiation::Possible,
-            Err(failure) => Initiation::Impossible(failure),
-        })
-    }
-
-    fn run(
-        &self,
-        robot: &mut dyn Robot,
-        situation: &Situation,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<Outcome, SkillError> {
-        report(self.attempt(robot, situation, rng))
     }
 }

@@ -1,6 +1,23 @@
-//! Velocities and accelerations of samples taken at equal steps.
+//! Samples taken at equal steps: what they must be, and their velocities and accelerations.
 
+use super::error::check_positive;
+use super::{DmpError, DmpParams};
 use nalgebra::DMatrix;
+
+/// Checks the parameters, the step and the number of samples, and returns the first and the last of them.
+pub(super) fn ends_of<'a, T>(
+    demonstration: &'a [T],
+    step_s: f64,
+    params: &DmpParams,
+) -> Result<(&'a T, &'a T), DmpError> {
+    params.check()?;
+    check_positive("step", step_s)?;
+    let (found, wanted) = (demonstration.len(), params.n_kernels.max(3));
+    match demonstration {
+        [start, .., goal] if found >= wanted => Ok((start, goal)),
+        _ => Err(DmpError::TooFewSamples { found, wanted }),
+    }
+}
 
 /// Time derivative of each row of `(n_dims, n_samples)` by second-order differences, one-sided at both ends.
 ///

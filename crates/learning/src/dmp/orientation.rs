@@ -4,21 +4,20 @@
 //! in which the rotations are given: `tau eta' = alpha_z (beta_z 2 log(g * conj(q)) - eta) + f(x)`, `eta = tau omega`.
 //!
 //! Limit: the rotation vector jumps where the way left is a half turn; a motion should stay within that of its goal.
-//! Koutras & Doulgeri, PMLR 100 (2020), show that large turns to far goals can swing under this form.
+//! Koutras & Doulgeri, "A correct formulation for the Orientation Dynamic Movement Primitives for robot control in the
+//! Cartesian space", CoRL 2019, PMLR 100:293-302, show that motions can swing under this form.
 
-use super::canonical::{phase_at, substeps};
-use super::demonstration::derivative;
+use super::canonical::substeps;
+use super::demonstration::ends_of;
 use super::error::{check_finite, check_positive};
-use super::spring::Spring;
+use super::spring::ForcedSprings;
 use super::{DmpError, DmpParams, ForcingTerms};
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 
 /// A motion of rotations, learned from one demonstration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrientationDmp {
-    forcing: ForcingTerms,
-    spring: Spring,
-    phase_decay: f64,
+    springs: ForcedSprings,
     demonstrated: OrientationMotion,
 }
 
@@ -61,47 +60,23 @@ impl OrientationDmp {
         step_s: f64,
         params: &DmpParams,
     ) -> Result<Self, DmpError> {
-        params.check()?;
-        check_positive("step", step_s)?;
-        let found = demonstration.len();
-        let wanted = params.n_kernels.max(3);
-        let [start, .., goal] = demonstration else {
-            return Err(DmpError::TooFewSamples { found, wanted });
-        };
-        if found < wanted {
-            return Err(DmpError::TooFewSamples { found, wanted });
-        }
+        let (start, goal) = ends_of(demonstration, step_s, params)?;
         for sample in demonstration {
             check_finite("sample", sample.coords.iter())?;
         }
-        let duration_s = step_s * (found - 1) as f64;
         let velocities = angular_velocities(demonstration, step_s);
-        let accelerations = derivative(&velocities, step_s);
-        let spring = Spring {
-            damping: params.damping,
-        };
-        let to_goal: Vec<Vector3<f64>> = demonstration
+        let ways: Vec<Vector3<f64>> = demonstration
             .iter()
             .map(|rotation| rotation_between(rotation, goal))
             .collect();
-        let forces = DMatrix::from_fn(3, found, |dim, k| {
-            let at = (dim, k);
-            spring.force(
-                to_goal[k][dim],
-                velocities[at],
-                accelerations[at],
-                duration_s,
-            )
-        });
+        let to_goal = DMatrix::from_fn(3, ways.len(), |dim, k| ways[k][dim]);
         Ok(Self {
-            forcing: ForcingTerms::fit(params, &forces),
-            spring,
-            phase_decay: params.phase_decay,
+            springs: ForcedSprings::learn(&to_goal, &velocities, step_s, params),
             demonstrated: OrientationMotion {
                 start: *start,
                 start_velocity: Vector3::zeros(),
                 goal: *goal,
-                duration_s,
+                duration_s: step_s * (demonstration.len() - 1) as f64,
             },
         })
     }
@@ -115,12 +90,12 @@ impl OrientationDmp {
     /// The learned forces.
     #[must_use]
     pub fn forcing(&self) -> &ForcingTerms {
-        &self.forcing
+        &self.springs.forcing
     }
 
     /// The learned forces, to be changed by policy search.
     pub fn forcing_mut(&mut self) -> &mut ForcingTerms {
-        &mut self.forcing
+        &mut self.springs.forcing
     }
 
     /// Begins a run.
@@ -140,7 +115,7 @@ impl OrientationDmp {
                 rotation: motion.start,
                 velocity: motion.start_velocity,
             },
-            activations: vec![0.0; self.forcing.n_kernels()],
+            activations: vec![0.0; self.springs.forcing.n_kernels()],
         })
     }
 }
@@ -224,14 +199,12 @@ impl OrientationRollout<'_> {
 
     fn acceleration(&mut self, at: &OrientationState) -> Vector3<f64> {
         let duration_s = self.motion.duration_s;
-        let phase = phase_at(at.time_s / duration_s, self.dmp.phase_decay);
-        self.dmp.forcing.activate_into(phase, &mut self.activations);
+        let springs = &self.dmp.springs;
+        springs.activate_into(at.time_s / duration_s, &mut self.activations);
         let to_goal = rotation_between(&at.rotation, &self.motion.goal);
         Vector3::from_fn(|dim, _| {
-            let force = self.dmp.forcing.force(dim, &self.activations);
-            self.dmp
-                .spring
-                .acceleration(to_goal[dim], at.velocity[dim], force, duration_s)
+            let shape = (1.0, self.activations.as_slice());
+            springs.acceleration(dim, (to_goal[dim], at.velocity[dim]), shape, duration_s)
         })
     }
 }

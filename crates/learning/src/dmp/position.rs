@@ -1,9 +1,9 @@
 //! Primitives of positions: points, or joints that do not turn around.
 
-use super::canonical::{phase_at, substeps};
-use super::demonstration::derivative;
+use super::canonical::substeps;
+use super::demonstration::{derivative, ends_of};
 use super::error::{check_finite, check_positive, check_size};
-use super::spring::Spring;
+use super::spring::ForcedSprings;
 use super::{DmpError, DmpParams, ForcingTerms};
 use nalgebra::{DMatrix, DVector};
 
@@ -25,9 +25,7 @@ pub enum ShapeScaling {
 /// A motion of positions, learned from one demonstration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PositionDmp {
-    forcing: ForcingTerms,
-    spring: Spring,
-    phase_decay: f64,
+    springs: ForcedSprings,
     duration_s: f64,
     start: DVector<f64>,
     goal: DVector<f64>,
@@ -71,32 +69,15 @@ impl PositionDmp {
         step_s: f64,
         params: &DmpParams,
     ) -> Result<Self, DmpError> {
-        params.check()?;
-        check_positive("step", step_s)?;
-        let wanted = params.n_kernels.max(3);
-        let [start, .., goal] = demonstration else {
-            let found = demonstration.len();
-            return Err(DmpError::TooFewSamples { found, wanted });
-        };
-        let found = demonstration.len();
-        if found < wanted {
-            return Err(DmpError::TooFewSamples { found, wanted });
-        }
+        let (start, goal) = ends_of(demonstration, step_s, params)?;
         for sample in demonstration {
             check_size("sample", sample.len(), start.len())?;
             check_finite("sample", sample.iter())?;
         }
         let positions = DMatrix::from_columns(demonstration);
         let velocities = derivative(&positions, step_s);
-        let accelerations = derivative(&velocities, step_s);
-        let duration_s = step_s * (found - 1) as f64;
-        let spring = Spring {
-            damping: params.damping,
-        };
-        let forces = DMatrix::from_fn(start.len(), found, |dim, k| {
-            let at = (dim, k);
-            let to_goal = goal[dim] - positions[at];
-            spring.force(to_goal, velocities[at], accelerations[at], duration_s)
+        let to_goal = DMatrix::from_fn(start.len(), demonstration.len(), |dim, k| {
+            goal[dim] - positions[(dim, k)]
         });
         let per_displacement = (0..start.len())
             .map(|dim| {
@@ -108,10 +89,8 @@ impl PositionDmp {
             })
             .collect();
         Ok(Self {
-            forcing: ForcingTerms::fit(params, &forces),
-            spring,
-            phase_decay: params.phase_decay,
-            duration_s,
+            springs: ForcedSprings::learn(&to_goal, &velocities, step_s, params),
+            duration_s: step_s * (demonstration.len() - 1) as f64,
             start: start.clone(),
             goal: goal.clone(),
             per_displacement,
@@ -133,12 +112,12 @@ impl PositionDmp {
     /// The learned forces.
     #[must_use]
     pub fn forcing(&self) -> &ForcingTerms {
-        &self.forcing
+        &self.springs.forcing
     }
 
     /// The learned forces, to be changed by policy search.
     pub fn forcing_mut(&mut self) -> &mut ForcingTerms {
-        &mut self.forcing
+        &mut self.springs.forcing
     }
 
     /// Begins a run.
@@ -164,7 +143,7 @@ impl PositionDmp {
                 position: motion.start.clone(),
                 velocity: motion.start_velocity.clone(),
             },
-            activations: vec![0.0; self.forcing.n_kernels()],
+            activations: vec![0.0; self.springs.forcing.n_kernels()],
         })
     }
 }
@@ -227,14 +206,12 @@ impl PositionRollout<'_> {
 
     fn acceleration(&mut self, at: &PositionState) -> DVector<f64> {
         let duration_s = self.motion.duration_s;
-        let phase = phase_at(at.time_s / duration_s, self.dmp.phase_decay);
-        self.dmp.forcing.activate_into(phase, &mut self.activations);
+        let springs = &self.dmp.springs;
+        springs.activate_into(at.time_s / duration_s, &mut self.activations);
         DVector::from_fn(at.position.len(), |dim, _| {
             let to_goal = self.motion.goal[dim] - at.position[dim];
-            let force = self.shape_scale(dim) * self.dmp.forcing.force(dim, &self.activations);
-            self.dmp
-                .spring
-                .acceleration(to_goal, at.velocity[dim], force, duration_s)
+            let shape = (self.shape_scale(dim), self.activations.as_slice());
+            springs.acceleration(dim, (to_goal, at.velocity[dim]), shape, duration_s)
         })
     }
 

@@ -43,17 +43,29 @@ fn world(x: f64, y: f64, z: f64, yaw: f64) -> AttachPoint {
     AttachPoint::World(pose(x, y, z, yaw))
 }
 
+/// The turret `a/` in the world.
+fn turret() -> Result<SceneBuilder, PhysicsError> {
+    let mut scene = SceneBuilder::new();
+    let at = world(1.0, 2.0, 0.0, 0.5);
+    scene.attach_text("turret", TURRET, "a/", &at, &AttachOptions::default())?;
+    Ok(scene)
+}
+
+/// The turret, and the tool `b/` above a site.
+fn turret_with_tool(site: &str) -> Result<SceneBuilder, PhysicsError> {
+    let mut scene = turret()?;
+    let at = AttachPoint::Site {
+        name: site.to_owned(),
+        offset: pose(0.0, 0.0, 0.1, 0.0),
+    };
+    scene.attach_text("tool", TOOL, "b/", &at, &AttachOptions::default())?;
+    Ok(scene)
+}
+
 /// Two parts with the same inner names, other angle units, other defaults.
 #[test]
 fn parts_keep_their_own_settings_and_chain_by_sites() -> Result<(), PhysicsError> {
-    let mut scene = SceneBuilder::new();
-    let plain = AttachOptions::default();
-    scene.attach_text("turret", TURRET, "a/", &world(1.0, 2.0, 0.0, 0.5), &plain)?;
-    let at = AttachPoint::Site {
-        name: "a/top".into(),
-        offset: pose(0.0, 0.0, 0.1, 0.0),
-    };
-    scene.attach_text("tool", TOOL, "b/", &at, &plain)?;
+    let scene = turret_with_tool("a/top")?;
     let model = scene.compile()?;
 
     assert_relative_eq!(model.timestep_secs(), 0.002);
@@ -90,10 +102,15 @@ fn parts_keep_their_own_settings_and_chain_by_sites() -> Result<(), PhysicsError
 
 #[test]
 fn clashing_names_are_an_error_that_names_them() -> Result<(), PhysicsError> {
-    let mut scene = SceneBuilder::new();
-    let plain = AttachOptions::default();
-    scene.attach_text("turret", TURRET, "a/", &world(0.0, 0.0, 0.0, 0.0), &plain)?;
-    scene.attach_text("turret", TURRET, "a/", &world(3.0, 0.0, 0.0, 0.0), &plain)?;
+    let mut scene = turret()?;
+    let elsewhere = world(3.0, 0.0, 0.0, 0.0);
+    scene.attach_text(
+        "turret",
+        TURRET,
+        "a/",
+        &elsewhere,
+        &AttachOptions::default(),
+    )?;
     let error = scene.compile().expect_err("two parts with one prefix");
     assert!(error.to_string().contains("repeated name 'a/"), "{error}");
     Ok(())
@@ -101,14 +118,7 @@ fn clashing_names_are_an_error_that_names_them() -> Result<(), PhysicsError> {
 
 #[test]
 fn an_absent_site_is_an_error_that_lists_the_sites() -> Result<(), PhysicsError> {
-    let mut scene = SceneBuilder::new();
-    let plain = AttachOptions::default();
-    scene.attach_text("turret", TURRET, "a/", &world(0.0, 0.0, 0.0, 0.0), &plain)?;
-    let at = AttachPoint::Site {
-        name: "a/flange".into(),
-        offset: Pose::identity(),
-    };
-    scene.attach_text("tool", TOOL, "b/", &at, &plain)?;
+    let scene = turret_with_tool("a/flange")?;
     let error = scene.compile().expect_err("no such site").to_string();
     assert!(
         error.contains("`a/flange`") && error.contains("`a/top`"),
@@ -275,14 +285,7 @@ fn actuators_and_sites_are_added_to_parts() -> Result<(), PhysicsError> {
 
 #[test]
 fn the_composed_text_compiles_to_the_same_model() -> Result<(), PhysicsError> {
-    let mut scene = SceneBuilder::new();
-    let plain = AttachOptions::default();
-    scene.attach_text("turret", TURRET, "a/", &world(1.0, 2.0, 0.0, 0.5), &plain)?;
-    let at = AttachPoint::Site {
-        name: "a/top".into(),
-        offset: pose(0.0, 0.0, 0.1, 0.0),
-    };
-    scene.attach_text("tool", TOOL, "b/", &at, &plain)?;
+    let scene = turret_with_tool("a/top")?;
     let direct = scene.compile()?;
     let text = Model::from_mjcf_str(&scene.xml()?)?;
     assert_eq!(direct.joint_names(), text.joint_names());
