@@ -123,11 +123,10 @@ impl Executive<'_> {
     ) -> Result<Vec<Obstacle>, AgentError> {
         /// Objects farther than this are out of the arm's way, metres.
         const NEAR_M: f64 = 2.0;
+        let place = Point3::from(base_from_map.inverse().translation.vector).xy();
         let mut points: Vec<Point3<f64>> = self
             .senses
-            .seen()
-            .points()
-            .iter()
+            .seen_near(&place, NEAR_M)
             .map(|point| base_from_map * point)
             .filter(|point| point.xy().coords.norm() < NEAR_M)
             .collect();

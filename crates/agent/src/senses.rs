@@ -17,7 +17,7 @@ use factotum_perception::object_tracker::{ObjectTracker, TrackId, TrackerParams}
 use factotum_perception::slam::{Slam2d, SlamParams};
 use factotum_perception::visibility::{Presence, PresenceParams, presence};
 use factotum_semantic_map::{Aosm, Location, ObjectSource};
-use nalgebra::Point3;
+use nalgebra::{Point2, Point3};
 
 use crate::AgentError;
 
@@ -123,6 +123,15 @@ impl Senses {
     /// Surfaces seen by the camera, in the map frame.
     pub(crate) fn seen(&self) -> PointCloud {
         self.cloud.to_cloud(1)
+    }
+
+    /// Surfaces seen by the camera within about `radius_m` of a place, in the map frame.
+    pub(crate) fn seen_near(
+        &self,
+        place: &Point2<f64>,
+        radius_m: f64,
+    ) -> impl Iterator<Item = Point3<f64>> + '_ {
+        self.cloud.near(place, radius_m)
     }
 
     /// Takes a scan: where the robot is, and what the floor plan looks like.

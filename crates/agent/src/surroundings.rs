@@ -135,9 +135,7 @@ pub(crate) fn without_object(
     const SUPPORT_M: f64 = 0.015;
     points.retain(|point| {
         let in_object = base_from_object.inverse_transform_point(point);
-        let is_on_it = surface
-            .nearest(&in_object)
-            .is_some_and(|(_, square_m2)| square_m2 < NEAR_M * NEAR_M);
+        let is_on_it = surface.nearest_within(&in_object, NEAR_M).is_some();
         !is_on_it || (is_standing && in_object.z < SUPPORT_M)
     });
 }

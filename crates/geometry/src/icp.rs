@@ -283,8 +283,8 @@ impl IcpTarget {
     ) -> f64 {
         let is_near = |point: &&Point3<f64>| {
             self.tree
-                .nearest(&(target_from_source * *point))
-                .is_some_and(|(_, m2)| m2 <= distance_max_m * distance_max_m)
+                .nearest_within(&(target_from_source * *point), distance_max_m)
+                .is_some()
         };
         source.iter().filter(is_near).count() as f64 / source.len().max(1) as f64
     }
@@ -310,14 +310,15 @@ impl IcpTarget {
 
     /// Nearest-point pairs within the distance, the farthest trimmed.
     fn pairs(&self, source: &[Point3<f64>], pose: &Pose, params: &IcpParams) -> Vec<Pair> {
-        let distance_max_m2 = params.pair_distance_max_m.powi(2);
         let mut pairs: Vec<Pair> = source
             .iter()
             .filter_map(|point| {
                 let moved = pose * point;
-                let (index, distance_m2) = self.tree.nearest(&moved)?;
+                let (index, distance_m2) = self
+                    .tree
+                    .nearest_within(&moved, params.pair_distance_max_m)?;
                 let normal = self.normals[index];
-                (distance_m2 <= distance_max_m2).then(|| Pair {
+                Some(Pair {
                     source: moved,
                     normal,
                     residual_m: normal.dot(&(moved - self.points[index])),

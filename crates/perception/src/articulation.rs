@@ -229,7 +229,7 @@ impl ArticulatedModel {
             .map(|seen| {
                 let moving_m2 = self
                     .moving
-                    .nearest(&(back * seen.in_object))
+                    .nearest_within(&(back * seen.in_object), outlier_m)
                     .map_or(f64::INFINITY, |hit| hit.1);
                 seen.fixed_m2.min(moving_m2).min(outlier_m * outlier_m)
             })

@@ -306,12 +306,17 @@ impl Detector {
         let object_from_base = base_from_object.inverse();
         let outlier_m2 = self.params.outlier_m.powi(2);
         let spacing_m2 = sample_spacing_m2(model);
+        // Beyond this a point is an outlier, however far.
+        let reach_m = outlier_m2.max(2.0 * spacing_m2).sqrt();
         let mut explained_m2 = 0.0;
         let mut truncated = 0.0;
         let mut n_explained = 0usize;
         for point in &view.points {
             let moved = object_from_base * point;
-            let (index, m2) = target.tree().nearest(&moved)?;
+            let Some((index, m2)) = target.tree().nearest_within(&moved, reach_m) else {
+                truncated += outlier_m2;
+                continue;
+            };
             let normal = visible.normals()?[index];
             let across_m = normal.dot(&(moved - target.points()[index]));
             // Beside a sample is still on the surface, up to the samples' own spacing.

@@ -3,7 +3,7 @@
 use crate::sensing::DepthFrame;
 use factotum_geometry::Pose;
 use factotum_geometry::cloud::PointCloud;
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point2, Point3, Vector3};
 use std::collections::BTreeMap;
 
 /// A cloud in the making.
@@ -80,6 +80,22 @@ impl HomeCloud {
         voxel.n_points = voxel.n_points.saturating_add(1);
         voxel.mean += (point.coords - voxel.mean) / f64::from(voxel.n_points);
         true
+    }
+
+    /// The points of all voxels within about `radius_m` of a place, seen from above, in order of their places: none that
+    /// is nearer is left out.
+    pub fn near(
+        &self,
+        place: &Point2<f64>,
+        radius_m: f64,
+    ) -> impl Iterator<Item = Point3<f64>> + '_ {
+        let index = |coordinate_m: f64| (coordinate_m / self.voxel_m).floor() as i32;
+        let [first, last] =
+            [-radius_m, radius_m].map(|reach_m| [place.x, place.y].map(|v| index(v + reach_m)));
+        self.voxels
+            .range([first[0], i32::MIN, i32::MIN]..=[last[0], i32::MAX, i32::MAX])
+            .filter(move |(key, _)| (first[1]..=last[1]).contains(&key[1]))
+            .map(|(_, voxel)| Point3::from(voxel.mean))
     }
 
     /// Number of voxels with points.

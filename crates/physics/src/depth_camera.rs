@@ -1,11 +1,12 @@
 //! A pinhole depth camera with segmentation, by ray casting: it needs no display or GPU, and costs
-//! about 3 µs a ray.
+//! a fraction of a microsecond a ray.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::Pose;
 use crate::error::PhysicsError;
 use crate::ids::{BodyId, GeomId};
+use crate::ray_fan::{RayFan, Target};
 use crate::rays::RayFilter;
 use crate::state::State;
 
@@ -114,6 +115,7 @@ pub fn depth_image(
     range_m: [f64; 2],
     exclude: &[BodyId],
 ) -> Result<DepthImage, PhysicsError> {
+    state.usable()?;
     let n = camera.width * camera.height;
     // Ray lengths with z = 1: depth = range / length.
     let mut lengths = Vec::with_capacity(n);
@@ -127,13 +129,17 @@ pub fn depth_image(
         }
     }
     let length_max = lengths.iter().copied().fold(1.0, f64::max);
+    let reach_m = range_m[1] * length_max;
     let origin = Point3::from(world_from_optical.translation.vector);
-    let hits = state.rays(
-        origin,
-        &directions,
-        &RayFilter::excluding(exclude),
-        range_m[1] * length_max,
-    )?;
+    let hits = match RayFan::new(state, origin, exclude, reach_m) {
+        Some(fan) => {
+            state.count_rays(n as u64);
+            let tiles = Tiles::new(&fan, camera, world_from_optical);
+            let ray = |(i, dir)| fan.first(tiles.targets(&fan, i), dir, reach_m);
+            directions.iter().enumerate().map(ray).collect()
+        }
+        None => state.rays(origin, &directions, &RayFilter::excluding(exclude), reach_m)?,
+    };
     let mut image = DepthImage {
         width: camera.width,
         height: camera.height,
@@ -150,4 +156,90 @@ pub fn depth_image(
         }
     }
     Ok(image)
+}
+
+/// Which geoms a part of the image can show: squares of pixels, each with its targets, nearest first.
+struct Tiles {
+    image_columns: usize,
+    n_columns: usize,
+    targets: Vec<Vec<u32>>,
+}
+
+impl Tiles {
+    /// Edge of a tile, pixels.
+    const EDGE: usize = 8;
+
+    fn new(fan: &RayFan, camera: &PinholeCamera, world_from_optical: &Pose) -> Self {
+        let n_columns = camera.width.div_ceil(Self::EDGE);
+        let n_rows = camera.height.div_ceil(Self::EDGE);
+        let mut targets = vec![Vec::new(); n_columns * n_rows];
+        let optical_from_world = world_from_optical.inverse();
+        for (number, target) in (0..).zip(fan.targets()) {
+            let corners = target.corners().map(|corner| optical_from_world * corner);
+            let Some([first, last]) = pixel_bounds(camera, &corners) else {
+                continue;
+            };
+            for row in first[1] / Self::EDGE..=last[1] / Self::EDGE {
+                for column in first[0] / Self::EDGE..=last[0] / Self::EDGE {
+                    targets[row * n_columns + column].push(number);
+                }
+            }
+        }
+        Self {
+            image_columns: camera.width,
+            n_columns,
+            targets,
+        }
+    }
+
+    /// The targets that pixel `i` can show.
+    fn targets<'a>(&'a self, fan: &'a RayFan, i: usize) -> impl Iterator<Item = &'a Target> {
+        let (row, column) = (i / self.image_columns, i % self.image_columns);
+        self.targets[row / Self::EDGE * self.n_columns + column / Self::EDGE]
+            .iter()
+            .map(|number| &fan.targets()[*number as usize])
+    }
+}
+
+/// First and last (column, row) that a box given by its corners can cover; nothing when it is not in view. Corners whose
+/// numbers differ in one bit share an edge.
+fn pixel_bounds(camera: &PinholeCamera, corners: &[Point3<f64>; 8]) -> Option<[[usize; 2]; 2]> {
+    /// What is nearer to the camera's plane than this is taken to be there, metres.
+    const NEAR_M: f64 = 1e-6;
+    let mut bounds: Option<[(f64, f64); 2]> = None;
+    let mut add = |point: &Point3<f64>| {
+        if let Some((column, row)) = camera.pixel(point) {
+            let [low, high] = bounds.get_or_insert([(column, row); 2]);
+            *low = (low.0.min(column), low.1.min(row));
+            *high = (high.0.max(column), high.1.max(row));
+        }
+    };
+    for (i, corner) in corners.iter().enumerate() {
+        if corner.z >= NEAR_M {
+            add(corner);
+        }
+        for other in [1, 2, 4].map(|bit| corners[i ^ bit]) {
+            if corner.z < NEAR_M && other.z >= NEAR_M {
+                let share = (NEAR_M - corner.z) / (other.z - corner.z);
+                let mut cut = corner + (other - corner) * share;
+                cut.z = NEAR_M;
+                add(&cut);
+            }
+        }
+    }
+    let [low, high] = bounds?;
+    // A pixel more to each side, for rounding.
+    let clamped = |low: f64, high: f64, n: usize| {
+        let last = (n - 1) as f64;
+        (high >= -1.0 && low <= last + 1.0).then(|| {
+            let first = (low.floor() - 1.0).clamp(0.0, last);
+            [
+                first as usize,
+                (high.ceil() + 1.0).clamp(0.0, last) as usize,
+            ]
+        })
+    };
+    let [first_column, last_column] = clamped(low.0, high.0, camera.width)?;
+    let [first_row, last_row] = clamped(low.1, high.1, camera.height)?;
+    Some([[first_column, first_row], [last_column, last_row]])
 }

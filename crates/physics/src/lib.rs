@@ -59,6 +59,7 @@ mod kinematics;
 mod model;
 mod model_edit;
 mod planar_lidar;
+mod ray_fan;
 mod rays;
 pub mod scene;
 mod self_collision;

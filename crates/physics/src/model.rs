@@ -363,7 +363,12 @@ impl Model {
 
     /// Shape of a geom, in its own frame.
     pub fn geom_shape(&self, geom: GeomId) -> GeomShape {
-        self.tables().geoms[geom.0].shape.clone()
+        self.geom_shape_ref(geom).clone()
+    }
+
+    /// The shape of a geom, in place.
+    pub(crate) fn geom_shape_ref(&self, geom: GeomId) -> &GeomShape {
+        &self.tables().geoms[geom.0].shape
     }
 
     /// Pose of a geom in its body. A mesh's frame is centred and turned by the compiler, so it is not

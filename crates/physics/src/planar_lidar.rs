@@ -5,6 +5,7 @@ use nalgebra::{Point3, Vector3};
 use crate::Pose;
 use crate::error::PhysicsError;
 use crate::ids::BodyId;
+use crate::ray_fan::RayFan;
 use crate::rays::RayFilter;
 use crate::state::State;
 
@@ -22,6 +23,7 @@ pub fn planar_scan(
     range_m: [f64; 2],
     exclude: &[BodyId],
 ) -> Result<Vec<f64>, PhysicsError> {
+    state.usable()?;
     let directions: Vec<Vector3<f64>> = (0..n_rays)
         .map(|i| {
             let angle = angle_min_rad + i as f64 * angle_step_rad;
@@ -29,12 +31,19 @@ pub fn planar_scan(
         })
         .collect();
     let origin = Point3::from(world_from_lidar.translation.vector);
-    let hits = state.rays(
-        origin,
-        &directions,
-        &RayFilter::excluding(exclude),
-        range_m[1],
-    )?;
+    let hits = match RayFan::new(state, origin, exclude, range_m[1]) {
+        Some(fan) => {
+            state.count_rays(n_rays as u64);
+            let ray = |dir| fan.first(fan.targets().iter(), dir, range_m[1]);
+            directions.iter().map(ray).collect()
+        }
+        None => state.rays(
+            origin,
+            &directions,
+            &RayFilter::excluding(exclude),
+            range_m[1],
+        )?,
+    };
     Ok(hits
         .into_iter()
         .map(|hit| match hit {

@@ -1,13 +1,15 @@
 //! Nearest-neighbour queries over a fixed set of points.
 
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use std::num::NonZero;
 
 /// A k-d tree over points; indices refer to the slice it was built from.
 pub struct NearestPoints {
     tree: Option<ImmutableKdTree<f64, 3>>,
     n_points: usize,
+    /// Lowest and highest corner of the box about the points; empty without points.
+    bounds: [Point3<f64>; 2],
 }
 
 impl std::fmt::Debug for NearestPoints {
@@ -28,9 +30,14 @@ impl NearestPoints {
         } else {
             ImmutableKdTree::new_from_slice(&entries).ok()
         };
+        let nowhere = Point3::from([f64::INFINITY; 3]);
+        let bounds = points.iter().fold([nowhere, -nowhere], |[low, high], p| {
+            [low.inf(p), high.sup(p)]
+        });
         Self {
             n_points: if tree.is_some() { points.len() } else { 0 },
             tree,
+            bounds,
         }
     }
 
@@ -56,6 +63,19 @@ impl NearestPoints {
             .nearest_one::<SquaredEuclidean<f64>>()
             .execute();
         Some((hit.item as usize, hit.distance))
+    }
+
+    /// As [`nearest`](Self::nearest), if it is within `radius_m`; points far from all are told at once.
+    #[must_use]
+    pub fn nearest_within(&self, point: &Point3<f64>, radius_m: f64) -> Option<(usize, f64)> {
+        let [low, high] = &self.bounds;
+        let off = (low - point).sup(&(point - high)).sup(&Vector3::zeros());
+        let square_m2 = radius_m * radius_m;
+        if off.norm_squared() > square_m2 {
+            return None;
+        }
+        self.nearest(point)
+            .filter(|(_, distance_m2)| *distance_m2 <= square_m2)
     }
 
     /// Indices of the `k` nearest points, nearest first; ties by index. Fewer when there are not as many.

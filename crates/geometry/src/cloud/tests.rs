@@ -24,6 +24,7 @@ proptest! {
         let mut order: Vec<usize> = (0..cloud.len()).collect();
         order.sort_by(|&a, &b| (cloud.points()[a] - query).norm().total_cmp(&(cloud.points()[b] - query).norm()));
         prop_assert_eq!(tree.nearest(&query).map(|n| n.0), order.first().copied());
+        prop_assert_eq!(tree.nearest_within(&query, radius), tree.nearest(&query).filter(|n| n.1 <= radius * radius));
         prop_assert_eq!(tree.nearest_k(&query, k), order[..k.min(cloud.len())].to_vec());
         let within: Vec<usize> = (0..cloud.len()).filter(|&i| (cloud.points()[i] - query).norm() <= radius).collect();
         prop_assert_eq!(tree.within(&query, radius), within);

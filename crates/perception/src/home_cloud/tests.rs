@@ -80,3 +80,29 @@ fn a_stored_cloud_is_gone_on_from() {
     let broken = PointCloud::new(vec![Point3::new(f64::NAN, 0.0, 0.0)]);
     assert!(HomeCloud::from_cloud(0.03, 3.0, &broken).is_empty());
 }
+
+#[test]
+fn what_is_near_is_what_is_near_in_the_whole_cloud() {
+    let scene = Scene {
+        things: vec![(bottle(), at([1.2, 0.1, 0.0], [0.0; 3]), "bottle")],
+        sigma_m: 0.001,
+    };
+    let mut cloud = HomeCloud::new(0.03, 3.0);
+    cloud.add(
+        &at([0.0; 3], [0.0; 3]),
+        &scene.look(&camera(0.6), 1),
+        |_| true,
+    );
+    let (place, radius_m) = (nalgebra::Point2::new(1.2, 0.0), 0.3);
+    let is_near = |p: &nalgebra::Point3<f64>| (p.xy() - place).norm() < radius_m;
+    let all: Vec<_> = cloud
+        .to_cloud(1)
+        .points()
+        .iter()
+        .copied()
+        .filter(is_near)
+        .collect();
+    let near: Vec<_> = cloud.near(&place, radius_m).filter(is_near).collect();
+    assert!(near.len() > 100 && near.len() < cloud.len());
+    assert_eq!(near, all);
+}

@@ -6,6 +6,8 @@ use factotum_physics::{
     planar_scan,
 };
 use nalgebra::{Point3, Translation3, UnitQuaternion, Vector3};
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
 
 const ROOM: &str = r#"<mujoco><worldbody>
   <geom name="floor" type="plane" size="5 5 1"/>
@@ -220,5 +222,86 @@ fn a_starved_state_says_so_instead_of_seeing_nothing() -> Result<(), PhysicsErro
         state.usable(),
         Err(PhysicsError::Discarded { .. })
     ));
+    Ok(())
+}
+
+/// Primitives of all kinds with an end, strewn about.
+fn clutter(seed: u64) -> Result<State, PhysicsError> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut bodies = String::new();
+    for kind in ["box", "sphere", "capsule", "cylinder", "ellipsoid"].repeat(8) {
+        let mut draw = |low: f64, high: f64| rng.random_range(low..high);
+        let place = [draw(-3.0, 3.0), draw(-3.0, 3.0), draw(0.0, 2.0)];
+        let turn = [draw(-1.0, 1.0), draw(-1.0, 1.0), draw(-1.0, 1.0), 0.4];
+        let size = [draw(0.05, 1.0), draw(0.05, 0.5), draw(0.05, 0.5)];
+        let [place, turn, size] = [&place[..], &turn[..], &size[..]]
+            .map(|values| format!("{values:?}").replace(',', " "));
+        let bare = |text: &str| text.trim_matches(['[', ']']).to_owned();
+        bodies.push_str(&format!(
+            "<geom type='{kind}' pos='{}' quat='{}' size='{}'/>",
+            bare(&place),
+            bare(&turn),
+            bare(&size)
+        ));
+    }
+    let model = Model::from_mjcf_str(&format!("<mujoco><worldbody>{bodies}</worldbody></mujoco>"))?;
+    let mut state = State::new(&model)?;
+    state.forward_kinematics()?;
+    Ok(state)
+}
+
+#[test]
+fn camera_and_lidar_see_what_single_rays_meet() -> Result<(), PhysicsError> {
+    let filter = RayFilter::default();
+    let mut n_seen = 0;
+    for seed in 0..6 {
+        let state = clutter(seed)?;
+        let mut rng = ChaCha8Rng::seed_from_u64(100 + seed);
+        // Some of these places are inside a geom.
+        let at = Translation3::new(
+            rng.random_range(-2.0..2.0),
+            rng.random_range(-2.0..2.0),
+            1.0,
+        );
+        let turn = UnitQuaternion::from_euler_angles(
+            rng.random_range(-0.5..0.5),
+            rng.random_range(-0.5..0.5),
+            rng.random_range(-3.0..3.0),
+        );
+        let pose = Pose::from_parts(at, turn);
+        let camera = PinholeCamera::from_fovy(44, 31, 1.2)?;
+        let image = depth_image(&state, &camera, &pose, [0.1, 4.0], &[])?;
+        for i in 0..image.depth_m.len() {
+            let ray = camera.ray_in_optical((i % 44) as f64, (i / 44) as f64);
+            let dir = pose.rotation * ray.normalize();
+            let one = state
+                .ray(Point3::from(at.vector), dir, &filter)
+                .map(|hit| (hit.distance_m / ray.norm(), hit.geom))
+                .filter(|(depth_m, _)| (0.1..=4.0).contains(depth_m));
+            assert_eq!(
+                image.geom[i],
+                one.map(|(_, geom)| geom),
+                "pixel {i} of {seed}"
+            );
+            let depth_m = one.map_or(0.0, |(depth_m, _)| depth_m);
+            assert_relative_eq!(f64::from(image.depth_m[i]), depth_m, epsilon = 1e-6);
+            n_seen += usize::from(one.is_some());
+        }
+        let ranges_m = planar_scan(&state, &pose, -1.0, 0.01, 300, [0.05, 5.0], &[])?;
+        for (i, range_m) in (0..).zip(ranges_m) {
+            let angle = -1.0 + 0.01 * f64::from(i);
+            let dir = pose.rotation * Vector3::new(angle.cos(), angle.sin(), 0.0);
+            let one = state
+                .ray(Point3::from(at.vector), dir, &filter)
+                .map(|hit| hit.distance_m)
+                .filter(|distance_m| (0.05..=5.0).contains(distance_m))
+                .unwrap_or(f64::INFINITY);
+            assert!(
+                range_m == one || (range_m - one).abs() < 1e-9,
+                "{range_m} {one}"
+            );
+        }
+    }
+    assert!(n_seen > 2000, "{n_seen} pixels show something");
     Ok(())
 }
