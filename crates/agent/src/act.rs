@@ -25,9 +25,18 @@ impl Executive<'_> {
             self.situation(option, &map_from_base)?
         };
         let skill = skill_for(option);
+        let sought = situation.target.as_ref().unwrap_or(&situation.object);
+        let at = sought.base_from_object.translation;
         self.log(
             LogLevel::Info,
-            format!("{} {}", skill.name(), option.object),
+            format!(
+                "{} {}, {:.3} m ahead, {:.3} m to the left, {:.3} m up",
+                skill.name(),
+                option.object,
+                at.x,
+                at.y,
+                at.z
+            ),
         )?;
         let outcome = skill.run(self.robot, &situation, &mut self.rng)?;
         match (outcome, &option.kind) {

@@ -14,6 +14,9 @@ use crate::{AgentError, Executive};
 /// How far outside the interval of a state a joint may be read and still count, as a share of the interval.
 const EFFECT_MARGIN: f64 = 0.5;
 
+/// Standard deviation to which the position of an object is doubted before it is looked at closely, metres.
+const DOUBTED_STD_M: f64 = 0.1;
+
 /// Standard deviation of the position of an object that was let go and not seen since, metres.
 const LOST_STD_M: f64 = 0.3;
 
@@ -21,6 +24,33 @@ const LOST_STD_M: f64 = 0.3;
 type Effect = Result<(), String>;
 
 impl Executive<'_> {
+    /// Looks closely at an object that is to be acted on; the answer is what about it is not as it was known, if
+    /// something is not.
+    ///
+    /// What was seen of it from elsewhere carries the error of having been elsewhere: now that the arm depends on it, the
+    /// new pictures alone say where it is.
+    pub(crate) fn look_for(&mut self, name: &str) -> Result<Effect, AgentError> {
+        /// An object seen this far from where it was known to be has been moved, metres.
+        const MOVED_M: f64 = 0.08;
+        let known = self.aosm.object(name)?.clone();
+        self.senses.doubt(name, DOUBTED_STD_M);
+        self.aosm.object_mut(name)?.position_std_m = DOUBTED_STD_M;
+        self.look_closely()?;
+        let Some(object) = self.aosm.objects.get_mut(name) else {
+            return Ok(Err(format!("`{name}` is no longer where it was")));
+        };
+        if object.position_std_m >= DOUBTED_STD_M {
+            // It was out of view.
+            object.position_std_m = known.position_std_m;
+        }
+        let moved =
+            object.map_from_object.translation.vector - known.map_from_object.translation.vector;
+        if moved.norm() > MOVED_M {
+            return Ok(Err(format!("`{name}` was moved by {:.2} m", moved.norm())));
+        }
+        Ok(Ok(()))
+    }
+
     /// Whether a joint is believed to be where an action was to bring it.
     pub(crate) fn check_effect(
         &self,

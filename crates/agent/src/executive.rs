@@ -3,9 +3,7 @@
 use factotum_control::Robot;
 use factotum_geometry::{Pose, Pose2};
 use factotum_motion::RobotModel;
-use factotum_semantic_map::{
-    Aosm, ChoreGoal, Location, MapError, OptionKind, OptionSpec, TopologicalGraph,
-};
+use factotum_semantic_map::{Aosm, ChoreGoal, MapError, OptionKind, OptionSpec, TopologicalGraph};
 use factotum_task_planning::operator::{Condition, GroundAction};
 use factotum_task_planning::planner::{Limits, PlanOutcome, Planner};
 use nalgebra::Point2;
@@ -259,17 +257,21 @@ impl<'a> Executive<'a> {
                 continue;
             }
             self.mark(view, StepState::Done, None)?;
-            let (found, robot_secs) = self.timed(|this| this.look_for(&option.object))?;
+            let sought = match &option.kind {
+                OptionKind::Place { target, .. } => target,
+                OptionKind::Pick | OptionKind::Articulate { .. } => &option.object,
+            };
+            let (found, robot_secs) = self.timed(|this| this.look_for(sought))?;
             if found.is_err() {
                 self.record(
                     "look",
-                    std::slice::from_ref(&option.object),
+                    std::slice::from_ref(sought),
                     &found,
                     attempt,
                     robot_secs,
                 );
             }
-            if !self.aosm.objects.contains_key(&option.object) {
+            if !self.aosm.objects.contains_key(sought) {
                 return Ok(found);
             }
             self.mark(view + 1, StepState::Running, None)?;
@@ -292,22 +294,6 @@ impl<'a> Executive<'a> {
             }
         }
         Ok(Err(reason))
-    }
-
-    /// Looks closely at an object; the answer is what about it is not as it was known, if something is not.
-    fn look_for(&mut self, name: &str) -> Result<Result<(), String>, AgentError> {
-        /// An object seen this far from where it was known to be has been moved, metres.
-        const MOVED_M: f64 = 0.08;
-        let known = self.aosm.object(name)?.map_from_object;
-        self.look_closely()?;
-        let Some(object) = self.aosm.objects.get(name) else {
-            return Ok(Err(format!("`{name}` is no longer where it was")));
-        };
-        let moved = object.map_from_object.translation.vector - known.translation.vector;
-        if moved.norm() > MOVED_M && object.location == Location::Loose {
-            return Ok(Err(format!("`{name}` was moved by {:.2} m", moved.norm())));
-        }
-        Ok(Ok(()))
     }
 
     /// Whether what the option needs still holds after a failed try: a dropped object must be picked again first.

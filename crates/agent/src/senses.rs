@@ -356,15 +356,21 @@ impl Senses {
         }
     }
 
+    /// Doubts where an object is, down to a standard deviation, metres: the next pictures say it anew.
+    pub(crate) fn doubt(&mut self, name: &str, std_m: f64) {
+        for track in self.tracks_of(name) {
+            self.tracker.doubt(track, std_m);
+        }
+    }
+
+    fn tracks_of(&self, name: &str) -> Vec<TrackId> {
+        let named = self.names.iter().filter(|(_, known)| *known == name);
+        named.map(|(track, _)| *track).collect()
+    }
+
     /// Forgets the tracks of an object: it was moved, by the robot or by somebody else.
     pub(crate) fn forget(&mut self, name: &str) {
-        let tracks: Vec<TrackId> = self
-            .names
-            .iter()
-            .filter(|(_, known)| *known == name)
-            .map(|(track, _)| *track)
-            .collect();
-        for track in tracks {
+        for track in self.tracks_of(name) {
             self.names.remove(&track);
             self.tracker.forget(track);
         }

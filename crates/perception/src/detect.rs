@@ -8,6 +8,9 @@
 //! point-to-plane ICP onto the visible surface only, so that a thin object is not pulled to its back. The
 //! best fit has the least truncated distance of the points to the model plus the share of the model that
 //! the camera looks *through*: a big object may not explain a small patch.
+//!
+//! A movable object that usually stands upright may have fallen over: where standing explains the points badly, lying
+//! is tried as well.
 
 use crate::sensing::{DepthFrame, DepthFrameError};
 use factotum_geometry::Pose;
@@ -25,7 +28,7 @@ pub struct ClassModel {
     pub surface: PointCloud,
     /// Whether turning it about Λ's z axis changes nothing.
     pub is_yaw_symmetric: bool,
-    /// Whether Λ's z axis always points up.
+    /// Whether Λ's z axis points up: always if it is fixed, else unless it has fallen over.
     pub is_upright: bool,
     /// Whether it belongs to the building, so that it never moves.
     pub is_fixed: bool,
@@ -124,6 +127,24 @@ pub struct Detector {
 
 /// Samples of a model for the first look at a start.
 const N_SAMPLES_ROUGH: usize = 600;
+
+/// A standing fit that costs more may be of an object that lies.
+const DOUBTFUL_COST: f64 = 0.35;
+/// Fewer points than these do not tell lying from standing.
+const N_LYING_MIN: usize = 30;
+/// Lying must cost less than this share of standing.
+const LYING_GAIN: f64 = 0.7;
+
+/// How an object may be turned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Posture {
+    /// Λ's z axis up.
+    Standing,
+    /// Fallen over.
+    Lying,
+    /// Any.
+    Any,
+}
 
 /// A model laid onto the points of an instance.
 struct Fit {
@@ -226,7 +247,23 @@ impl Detector {
         if view.points.len() < self.params.n_points_min {
             return None;
         }
-        let best = self.best_fit(model, &self.rough_models[model_idx], &view)?;
+        let models = [model, &self.rough_models[model_idx]];
+        let usual = if model.is_upright {
+            Posture::Standing
+        } else {
+            Posture::Any
+        };
+        let mut best = self.best_fit(models, &view, usual);
+        let is_doubtful = best.as_ref().is_none_or(|fit| fit.cost > DOUBTFUL_COST);
+        let may_lie = model.is_upright && !model.is_fixed && n_points >= N_LYING_MIN;
+        if may_lie && is_doubtful {
+            let lying = self.best_fit(models, &view, Posture::Lying);
+            let cost_max = best
+                .as_ref()
+                .map_or(f64::INFINITY, |fit| LYING_GAIN * fit.cost);
+            best = lying.filter(|fit| fit.cost < cost_max).or(best);
+        }
+        let best = best?;
         (best.fitness >= self.params.fitness_min).then(|| Detection {
             class: model.name.clone(),
             label,
@@ -243,15 +280,15 @@ impl Detector {
     /// The best of all starts: each is tried on few points, the most promising on all.
     fn best_fit(
         &self,
-        model: &ClassModel,
-        rough_model: &ClassModel,
+        [model, rough_model]: [&ClassModel; 2],
         view: &View<'_>,
+        posture: Posture,
     ) -> Option<Fit> {
         /// Points for the first look at a start.
         const N_POINTS_ROUGH: usize = 80;
         /// Starts that are looked at closely.
         const N_CLOSE: usize = 4;
-        let starts = starts(model, view, self.params.n_yaw_starts);
+        let starts = starts(model, view, posture, self.params.n_yaw_starts);
         let rough = View {
             points: spread(&view.points, N_POINTS_ROUGH),
             ..*view
@@ -259,13 +296,13 @@ impl Detector {
         let mut tried: Vec<Fit> = starts
             .into_iter()
             .filter_map(|turn| start_pose(rough_model, &rough, turn))
-            .filter_map(|start| self.fit(rough_model, &rough, start, &[8.0, 3.0]))
+            .filter_map(|start| self.fit(rough_model, &rough, posture, start, &[8.0, 3.0]))
             .collect();
         // Stable: of equal fits the earlier start comes first.
         tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         distinct(tried, N_CLOSE)
             .iter()
-            .filter_map(|fit| self.fit(model, view, fit.base_from_object, &[3.0, 1.5]))
+            .filter_map(|fit| self.fit(model, view, posture, fit.base_from_object, &[3.0, 1.5]))
             .min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
@@ -275,6 +312,7 @@ impl Detector {
         &self,
         model: &ClassModel,
         view: &View<'_>,
+        posture: Posture,
         start: Pose,
         reaches: &[f64],
     ) -> Option<Fit> {
@@ -288,7 +326,7 @@ impl Detector {
                 n_pairs_min: self.params.n_points_min.min(view.points.len()) / 2 + 1,
                 step_translation_m: 1e-5,
                 step_rotation_rad: 1e-4,
-                freedom: freedom(model),
+                freedom: freedom(model, posture),
                 ..IcpParams::default()
             };
             // A start too far off stays as it is; its cost will tell.
@@ -361,29 +399,36 @@ fn distinct(fits: Vec<Fit>, n_max: usize) -> Vec<Fit> {
     kept
 }
 
-fn freedom(model: &ClassModel) -> IcpFreedom {
-    match (model.is_upright, model.is_yaw_symmetric) {
-        (true, true) => IcpFreedom::Translation,
-        (true, false) => IcpFreedom::Upright,
-        (false, _) => IcpFreedom::Full,
+fn freedom(model: &ClassModel, posture: Posture) -> IcpFreedom {
+    match (posture, model.is_yaw_symmetric) {
+        (Posture::Standing, true) => IcpFreedom::Translation,
+        (Posture::Standing, false) => IcpFreedom::Upright,
+        (Posture::Lying | Posture::Any, _) => IcpFreedom::Full,
     }
 }
 
 /// Orientations of the model in the base frame from which registration starts.
-fn starts(model: &ClassModel, view: &View<'_>, n_yaw: usize) -> Vec<UnitQuaternion<f64>> {
+fn starts(
+    model: &ClassModel,
+    view: &View<'_>,
+    posture: Posture,
+    n_yaw: usize,
+) -> Vec<UnitQuaternion<f64>> {
+    let n_yaw = n_yaw.max(1);
     let yaw = |angle| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
-    if model.is_upright && model.is_yaw_symmetric {
-        return vec![UnitQuaternion::identity()];
-    }
-    if model.is_upright {
-        let n_yaw = n_yaw.max(1);
-        return (0..n_yaw)
-            .map(|i| yaw(TAU * i as f64 / n_yaw as f64))
-            .collect();
-    }
-    // Any of the six faces down, at eight headings, and the principal axes of points and model matched.
+    let headings = (0..n_yaw).map(|i| yaw(TAU * i as f64 / n_yaw as f64));
     let pitch = |angle| UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle);
     let roll = |angle| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle);
+    match (posture, model.is_yaw_symmetric) {
+        (Posture::Standing, true) => return vec![UnitQuaternion::identity()],
+        (Posture::Standing, false) => return headings.collect(),
+        // Turning a symmetric object about its own axis changes nothing.
+        (Posture::Lying, true) => {
+            return headings.map(|heading| heading * pitch(FRAC_PI_2)).collect();
+        }
+        (Posture::Lying, false) | (Posture::Any, _) => {}
+    }
+    // Any of the six faces down, at eight headings, and the principal axes of points and model matched.
     let faces = [
         roll(0.0),
         roll(FRAC_PI_2),

@@ -119,6 +119,14 @@ impl ObjectTracker {
             .collect()
     }
 
+    /// Doubts where an object is, down to a standard deviation (m): what is seen next counts for more than what was
+    /// seen so far, from elsewhere or before it was touched.
+    pub fn doubt(&mut self, id: TrackId, sigma_m: f64) {
+        for object in self.objects.iter_mut().filter(|object| object.id == id) {
+            object.sigma_m = object.sigma_m.max(sigma_m);
+        }
+    }
+
     /// Forgets an object that is no longer there; returns it.
     pub fn forget(&mut self, id: TrackId) -> Option<TrackedObject> {
         let at = self.objects.iter().position(|object| object.id == id)?;

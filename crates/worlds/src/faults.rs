@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | [`Fault::MovedObject`] | the robot sets off to a place within reach of a movable object | a person moves the object on its table: its free body is set down elsewhere, at rest, while nobody holds it |
 //! | [`Fault::BlockedPath`] | the robot sets off on a path of some length | a person puts a packing case down on the path, where there is room to pass beside it |
-//! | [`Fault::GraspSlip`] | the robot has carried an object for a while | the gripper's drive gives way for a moment: its target opens |
+//! | [`Fault::GraspSlip`] | the robot has carried an object for a while | the gripper's drive gives way until the object has slipped: its target opens |
 //!
 //! Each happens at most once, and only after the fault was armed ([`FaultSwitch::arm`]): whoever runs the robot arms it
 //! when the map is made, since "moved after mapping" means nothing before. These events are the only ones that set a
@@ -106,7 +106,7 @@ const N_ATTEMPTS: usize = 100;
 /// How long an object is carried before it slips, seconds.
 const CARRIED_SECS: f64 = 1.5;
 
-/// How long the gripper gives way, seconds, and by how much of its stroke.
+/// How long the gripper gives way once it has lost the object, seconds, and by how much of its stroke it opens at a time.
 const SLIP_SECS: f64 = 0.4;
 const SLIP_OPENING: f64 = 0.3;
 
@@ -161,8 +161,11 @@ impl FaultState {
         opening: f64,
         dt_secs: f64,
     ) -> f64 {
-        if let Some(until_secs) = self.slips_until_secs {
-            if now_secs < until_secs {
+        if let Some(until_secs) = &mut self.slips_until_secs {
+            if carrying {
+                *until_secs = now_secs + SLIP_SECS;
+            }
+            if now_secs < *until_secs {
                 return (opening + SLIP_OPENING).min(1.0);
             }
             self.slips_until_secs = None;

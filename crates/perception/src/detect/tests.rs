@@ -56,6 +56,27 @@ fn a_bottle_is_found_within_millimetres_standing_upright() {
 }
 
 #[test]
+fn a_bottle_that_fell_over_is_found_lying() {
+    let detector = detector();
+    for (seed, heading) in [0.3, 1.4, 2.9, -0.8, -2.2].into_iter().enumerate() {
+        // Its axis level, its side on the table.
+        let truth = at([1.1, 0.1, 0.72 + 0.035], [0.0, FRAC_PI_2, heading]);
+        let frame = scene(0.002, vec![(bottle(), truth, "bottle")]).look(&camera(0.5), seed as u64);
+        let found = detector.detect(&frame).unwrap();
+        let [detection] = found.as_slice() else {
+            panic!("{found:?}")
+        };
+        let (apart_m, _) = errors(detection, &truth);
+        let tilted = (detection.base_from_object.rotation * Vector3::z())
+            .angle(&(truth.rotation * Vector3::z()));
+        assert!(
+            apart_m < 0.01 && tilted < 0.1,
+            "{heading}: {apart_m} m {tilted} rad: {detection:?}"
+        );
+    }
+}
+
+#[test]
 fn the_heading_of_an_upright_object_is_found() {
     let detector = detector();
     for (seed, yaw) in [3.0, 2.6, -2.6, 3.6, 2.2].into_iter().enumerate() {
