@@ -106,9 +106,8 @@ const N_ATTEMPTS: usize = 100;
 /// How long an object is carried before it slips, seconds.
 const CARRIED_SECS: f64 = 1.5;
 
-/// How long the gripper gives way once it has lost the object, seconds, and by how much of its stroke it opens at a time.
-const SLIP_SECS: f64 = 0.4;
-const SLIP_OPENING: f64 = 0.3;
+/// How long the gripper gives way at most, seconds.
+const SLIP_SECS: f64 = 2.0;
 
 /// The fault of a world, if it has one, and how far it has come.
 #[derive(Debug, Clone, PartialEq)]
@@ -152,21 +151,18 @@ impl FaultState {
     }
 
     /// The gripper's target for this step, given the one its controller wants; `carrying` says whether it holds an
-    /// object that touches nothing else.
+    /// object that touches nothing else, `touching` whether the robot touches any object.
     pub(crate) fn on_grip(
         &mut self,
         now_secs: f64,
         carrying: bool,
+        touching: bool,
         target: f64,
-        opening: f64,
         dt_secs: f64,
     ) -> f64 {
-        if let Some(until_secs) = &mut self.slips_until_secs {
-            if carrying {
-                *until_secs = now_secs + SLIP_SECS;
-            }
-            if now_secs < *until_secs {
-                return (opening + SLIP_OPENING).min(1.0);
+        if let Some(until_secs) = self.slips_until_secs {
+            if touching && now_secs < until_secs {
+                return 1.0;
             }
             self.slips_until_secs = None;
         }
