@@ -46,12 +46,12 @@ pub(crate) fn planner(name: PlannerName) -> anyhow::Result<Box<dyn Planner>> {
     })
 }
 
-/// Where Fast Downward may be: where the user says, on PATH, and where `cargo x setup` puts it.
+/// Where Fast Downward may be: where the user says and nowhere else, or on PATH, and where `cargo x setup` puts it.
 pub(crate) fn fast_downward_places() -> Vec<PathBuf> {
-    let mut places: Vec<PathBuf> = std::env::var_os("FAST_DOWNWARD")
-        .map(PathBuf::from)
-        .into_iter()
-        .collect();
+    if let Some(place) = std::env::var_os("FAST_DOWNWARD") {
+        return vec![PathBuf::from(place)];
+    }
+    let mut places: Vec<PathBuf> = Vec::new();
     if let Some(path) = std::env::var_os("PATH") {
         places.extend(std::env::split_paths(&path));
     }

@@ -1,6 +1,6 @@
 //! `factotum robot check`: is a robot.toml right?
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 use factotum_descriptions::RobotDescription;
@@ -20,11 +20,20 @@ pub(crate) enum RobotCommand {
     },
 }
 
+/// The robot in a folder, or a shipped one, with every joint and frame that its `robot.toml` names for the arm found in its
+/// model.
+pub(crate) fn load(name: &Path) -> anyhow::Result<RobotModel> {
+    let dir = assets::robot(name)?;
+    let description = RobotDescription::load(&dir).map_err(usage)?;
+    let named = |error| usage(format!("robot `{}`: {error}", dir.display()));
+    RobotModel::load(&description).map_err(named)
+}
+
 /// Runs `factotum robot`.
 pub(crate) fn robot(command: &RobotCommand, console: &Console) -> anyhow::Result<Answer> {
     let RobotCommand::Check { dir } = command;
-    let description = RobotDescription::load(&assets::robot(dir)?).map_err(usage)?;
-    let model = RobotModel::load(&description).map_err(usage)?;
+    let model = load(dir)?;
+    let description = model.description();
     let joints: Vec<_> = model
         .chain_joints()
         .iter()

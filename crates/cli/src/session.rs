@@ -20,6 +20,7 @@ use crate::assets;
 use crate::audience::Audience;
 use crate::belief::BeliefScene;
 use crate::console::{Console, usage};
+use crate::robot;
 use crate::watch::{FRAME_SECS, Overheard, Pacer, Reporter, StopFlag};
 use crate::wire_view::scene_of;
 
@@ -50,8 +51,8 @@ impl WorldArgs {
     /// Reads the models.
     pub(crate) fn load(&self) -> anyhow::Result<(HomeScene, RobotDescription)> {
         let scene = HomeScene::load(&assets::scene(&self.scene)?).map_err(usage)?;
-        let robot = RobotDescription::load(&assets::robot(&self.robot)?).map_err(usage)?;
-        Ok((scene, robot))
+        let robot = robot::load(&self.robot)?;
+        Ok((scene, robot.description().clone()))
     }
 
     fn speed(&self) -> anyhow::Result<f64> {

@@ -18,8 +18,8 @@ mod trajectory;
 
 pub use error::DescriptionError;
 pub use object::{
-    ActionKind, ActionSpec, Approach, Contact, Grasp, JointKind, ObjectClass, ObjectJoint,
-    StateInterval,
+    ActionKind, ActionSpec, Approach, Contact, Demonstration, Grasp, JointKind, ObjectClass,
+    ObjectJoint, StateInterval,
 };
 pub use placement::Placement;
 pub use robot::{

@@ -173,6 +173,62 @@ fn facing_tolerance() -> f64 {
     0.3
 }
 
+/// A motion of the tool, shown once (thesis 6.3.1): what is learned from it leads from wherever the joint is to where the
+/// action ends, in the same shape.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Demonstration {
+    /// Time from one pose to the next, seconds.
+    pub step_secs: f64,
+    /// Tool frame in Λ, at least [`Demonstration::N_POSES_MIN`] times: from the action's grasp with the joint at its
+    /// initiation to where the tool was when the joint was at its termination.
+    pub object_from_tcp: Vec<Placement>,
+}
+
+impl Demonstration {
+    /// Fewest poses that a motion can be learned from.
+    pub const N_POSES_MIN: usize = 15;
+
+    fn check(&self, file: &Path, field: &str) -> Result<(), DescriptionError> {
+        let bad = |key: &str, found: String, wanted: String| {
+            Err(DescriptionError::Value {
+                path: file.to_owned(),
+                field: format!("{field}.{key}"),
+                found,
+                wanted,
+            })
+        };
+        let step_secs = self.step_secs;
+        if !(step_secs > 0.0 && step_secs.is_finite()) {
+            let wanted = "a positive number of seconds".to_owned();
+            return bad("step_secs", step_secs.to_string(), wanted);
+        }
+        let n_poses = self.object_from_tcp.len();
+        if n_poses < Self::N_POSES_MIN {
+            let wanted = format!("at least {}", Self::N_POSES_MIN);
+            return bad("object_from_tcp", format!("{n_poses} poses"), wanted);
+        }
+        let is_finite = |pose: &Placement| {
+            pose.xyz
+                .iter()
+                .chain(&pose.rpy)
+                .all(|value| value.is_finite())
+        };
+        match self
+            .object_from_tcp
+            .iter()
+            .position(|pose| !is_finite(pose))
+        {
+            None => Ok(()),
+            Some(index) => {
+                let found = format!("{:?}", self.object_from_tcp[index]);
+                let wanted = "finite numbers".to_owned();
+                bad(&format!("object_from_tcp[{index}]"), found, wanted)
+            }
+        }
+    }
+}
+
 /// A high-level action on an object (thesis 6.2.1): an option whose parts are all given in Λ.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -194,6 +250,8 @@ pub struct ActionSpec {
     pub contact: Contact,
     /// State that holds afterwards, one of the class's [`StateInterval`] names, for [`ActionKind::Articulate`].
     pub effect: Option<String>,
+    /// How the tool is to move, for [`ActionKind::Articulate`]; along with the joint if absent.
+    pub demonstration: Option<Demonstration>,
     /// Class of the object to put it in or on, for [`ActionKind::PickPlace`].
     pub target_class: Option<String>,
     /// Pose of this object's Λ in the target's Λ at release, for [`ActionKind::PickPlace`].
@@ -325,6 +383,12 @@ impl ObjectClass {
                     if action.termination.is_none() {
                         return absent("termination", "the joint position where the action ends");
                     }
+                    if let Some(shown) = &action.demonstration {
+                        if action.grasp.is_none() {
+                            return absent("grasp", "the grasp with which it was demonstrated");
+                        }
+                        shown.check(file, &field("demonstration"))?;
+                    }
                     match &action.effect {
                         None => return absent("effect", "the state that holds afterwards"),
                         Some(effect) if !states.contains(&effect.as_str()) => {
@@ -376,6 +440,46 @@ mod tests {
             prop_assert!((direct.translation.vector - in_two.translation.vector).norm() < 1e-9);
             prop_assert!(direct.rotation.angle_to(&in_two.rotation) < 1e-6);
         }
+    }
+
+    #[test]
+    fn a_demonstration_that_nothing_can_be_learned_from_is_refused() {
+        let check = |step_secs: f64, n_poses: usize, wanted: &str| {
+            let poses = "{ xyz = [0.1, 0.0, 0.2] }, ".repeat(n_poses);
+            let text = format!(
+                r#"
+                name = "lever"
+                model = "model.xml"
+                joints = [{{ name = "handle", kind = "revolute", axis = [0, 0, 1], range = [0, 1], link = "lever" }}]
+                states = [{{ name = "closed", joint = "handle", range = [-0.1, 0.1] }}]
+                grasps = [{{ name = "top", aperture_m = 0.08 }}]
+                [[actions]]
+                name = "close"
+                kind = "articulate"
+                joint = "handle"
+                termination = 0.0
+                effect = "closed"
+                grasp = "top"
+                demonstration = {{ step_secs = {step_secs:?}, object_from_tcp = [{poses}] }}
+                "#
+            );
+            let error = match ObjectClass::parse(&text, Path::new("class.toml")) {
+                Ok(_) => String::new(),
+                Err(error) => error.to_string(),
+            };
+            assert_eq!(error, wanted);
+        };
+        check(0.1, 15, "");
+        check(
+            0.1,
+            4,
+            "`class.toml`: `actions.close.demonstration.object_from_tcp` is 4 poses, expected at least 15",
+        );
+        check(
+            0.0,
+            15,
+            "`class.toml`: `actions.close.demonstration.step_secs` is 0, expected a positive number of seconds",
+        );
     }
 
     #[test]

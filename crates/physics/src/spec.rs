@@ -102,7 +102,7 @@ impl Spec {
             (engine::OK, Some(raw)) => Ok(Self { raw, origin }),
             _ => Err(PhysicsError::Parse {
                 origin,
-                message: engine::message(),
+                message: in_words(&engine::message()),
             }),
         }
     }
@@ -329,5 +329,38 @@ impl Spec {
         // SAFETY: a live spec and NUL-terminated names.
         let rc = unsafe { engine::fct_spec_add_exclude(self.raw.as_ptr(), a.as_ptr(), b.as_ptr()) };
         self.checked(rc)
+    }
+}
+
+/// The XML reader's report, such as `Error=XML_ERROR_PARSING_COMMENT ErrorID=10 (0xa) Line number=2`, in words; any other
+/// message as it is.
+fn in_words(message: &str) -> String {
+    let word_after = |key: &str| {
+        let (_, rest) = message.split_once(key)?;
+        rest.split([' ', ':', '\n']).next()
+    };
+    match (word_after("Error=XML_ERROR_"), word_after("Line number=")) {
+        (Some(kind), Some(line)) => {
+            let kind = kind.to_lowercase().replace('_', " ");
+            format!("line {line} is not well-formed XML ({kind})")
+        }
+        _ => message.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::in_words;
+
+    #[test]
+    fn the_xml_reader_is_put_into_words() {
+        let report = "XML parse error 7:\nError=XML_ERROR_PARSING_ATTRIBUTE ErrorID=7 (0x7) Line number=19: XMLElement name=geom";
+        assert_eq!(
+            in_words(report),
+            "line 19 is not well-formed XML (parsing attribute)"
+        );
+        let schema =
+            "XML Error: Schema violation: unrecognized attribute: 'foo'\nElement 'geom', line 19";
+        assert_eq!(in_words(schema), schema);
     }
 }

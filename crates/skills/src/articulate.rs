@@ -1,12 +1,13 @@
 //! Articulate: move a joint of an object from an initiation to a termination position (thesis 6.2.1, 6.3.1).
 //!
 //! The action is given in Λ: the tool follows the motion of the link it holds or pushes, as the object's kinematic
-//! model τ says. I: a posture exists from which the arm can follow the whole arc. π: the arc under variable impedance,
-//! so that errors of Γ and τ become small forces instead of large ones. β: the tool reached the end of the arc, or met
-//! more force than the joint takes.
+//! model τ says, or, where the action has a demonstration, a movement primitive learned from it, with τ giving only the
+//! ends. I: a posture exists from which the arm can follow the whole arc. π: the arc under variable impedance, so that
+//! errors of Γ and τ become small forces instead of large ones. β: the tool reached the end of the arc, or met more force
+//! than the joint takes.
 
 use factotum_control::{Impedance, Robot};
-use factotum_descriptions::{ActionSpec, Contact, Grasp, ObjectJoint};
+use factotum_descriptions::{ActionSpec, Contact, Demonstration, Grasp, ObjectJoint};
 use factotum_geometry::Pose;
 use factotum_motion::grasps::expand_grasp;
 use nalgebra::Translation3;
@@ -14,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::arm::{ArmMotion, Stop, ToolPathNeeds, tool_line};
 use crate::way::{ToolWay, WaySkill, find_tool_way};
-use crate::{Failure, Outcome, Situation};
+use crate::{Failure, ObjectView, Outcome, Situation, SkillError, demonstrated};
 
 /// Angle (rad) or way (m) between poses of the arc.
 const ARC_STEP: f64 = 0.05;
@@ -63,6 +64,28 @@ impl Articulate {
         situation.object.class.grasps.iter().filter(named).collect()
     }
 
+    /// Poses of the tool in the base frame from one to the other, as the demonstration leads it in Λ.
+    fn as_shown(
+        &self,
+        shown: &Demonstration,
+        object: &ObjectView,
+        base_from_ends: [Pose; 2],
+        n_steps: usize,
+    ) -> Result<Vec<Pose>, SkillError> {
+        let base_from_object = object.base_from_object;
+        let [start, goal] = base_from_ends.map(|end| base_from_object.inverse() * end);
+        let object_from_tcp =
+            demonstrated::path(shown, &start, &goal, n_steps).map_err(|source| {
+                SkillError::Demonstration {
+                    class: object.class.name.clone(),
+                    action: self.action.name.clone(),
+                    source,
+                }
+            })?;
+        let in_base = |pose: &Pose| base_from_object * pose;
+        Ok(object_from_tcp.iter().map(in_base).collect())
+    }
+
     /// How far the gripper is open on the way: shut to push, open to grasp.
     fn opening(&self) -> f64 {
         match self.action.contact {
@@ -107,9 +130,12 @@ impl WaySkill for Articulate {
                         * candidate.object_from_tcp
                 };
                 let before = at(from) * Translation3::new(0.0, 0.0, -STANDOFF_M);
-                let poses: Vec<Pose> = (0..=n_steps)
-                    .map(|step| at(from + (to - from) * step as f64 / n_steps as f64))
-                    .collect();
+                let poses: Vec<Pose> = match &self.action.demonstration {
+                    None => (0..=n_steps)
+                        .map(|step| at(from + (to - from) * step as f64 / n_steps as f64))
+                        .collect(),
+                    Some(shown) => self.as_shown(shown, object, [at(from), at(to)], n_steps)?,
+                };
                 let all: Vec<Pose> = std::iter::once(before)
                     .chain(poses.iter().copied())
                     .collect();
@@ -182,5 +208,112 @@ impl WaySkill for Articulate {
             tcp_from_held: None,
             joints: [(joint, arc.termination)].into(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use factotum_descriptions::{ObjectClass, Placement, RobotDescription};
+    use factotum_geometry::frames::pose_from_planar;
+    use factotum_motion::RobotModel;
+    use nalgebra::{Isometry2, Vector2};
+    use rand::SeedableRng as _;
+
+    use super::*;
+
+    /// How far aside the way is shown half way, metres.
+    const ASIDE_M: f64 = 0.01;
+
+    fn movo_at_the_switch() -> Situation {
+        let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets");
+        let robot = RobotDescription::load(&assets.join("robots/movo")).unwrap();
+        let class = ObjectClass::load(&assets.join("objects/light_switch")).unwrap();
+        let in_front = Isometry2::new(Vector2::new(0.75, 0.0), std::f64::consts::PI);
+        Situation {
+            robot: RobotModel::load(&robot).unwrap(),
+            obstacles: Vec::new(),
+            object: ObjectView {
+                name: "light_switch_1".to_owned(),
+                class,
+                base_from_object: pose_from_planar(&in_front, 1.1),
+                joints: [("toggle".to_owned(), 0.4)].into(),
+            },
+            target: None,
+            held: None,
+        }
+    }
+
+    /// The tool's way in Λ.
+    fn way(situation: &Situation, action: &ActionSpec) -> Vec<Pose> {
+        let skill = Articulate {
+            action: action.clone(),
+        };
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let found = skill.find_way(situation, &situation.robot.q_ready(), &mut rng);
+        let object_from_base = situation.object.base_from_object.inverse();
+        let poses = found.unwrap().poses;
+        poses.iter().map(|pose| object_from_base * pose).collect()
+    }
+
+    /// The lever's way at rest at both ends, led aside and back.
+    fn demonstration(class: &ObjectClass) -> Demonstration {
+        const N_POSES: usize = 40;
+        let grasp = class.grasps[0].object_from_tcp();
+        let pose = |k: usize| {
+            let t = k as f64 / (N_POSES - 1) as f64;
+            let share = t.powi(3) * (10.0 - 15.0 * t + 6.0 * t * t);
+            let mut pose = class.joints[0].motion(0.0, 0.4 - 0.95 * share) * grasp;
+            pose.translation.vector.y += ASIDE_M * (std::f64::consts::PI * share).sin().powi(2);
+            Placement::from(pose)
+        };
+        Demonstration {
+            step_secs: 0.1,
+            object_from_tcp: (0..N_POSES).map(pose).collect(),
+        }
+    }
+
+    #[test]
+    fn the_tool_goes_with_the_joint_or_as_it_was_shown() {
+        let situation = movo_at_the_switch();
+        let class = &situation.object.class;
+        let mut action = class.action("turn_off").unwrap().clone();
+        // The lever turns about Λ's y axis.
+        let aside = |way: &[Pose]| {
+            let aside = way.iter().map(|pose| pose.translation.y.abs());
+            aside.fold(0.0, f64::max)
+        };
+        let with_joint = way(&situation, &action);
+        assert!(aside(&with_joint) < 1e-9);
+
+        action.demonstration = Some(demonstration(class));
+        let as_shown = way(&situation, &action);
+        assert!(
+            (aside(&as_shown) - ASIDE_M).abs() < 0.1 * ASIDE_M,
+            "{} m aside",
+            aside(&as_shown)
+        );
+        for (a, b) in [
+            (with_joint.first(), as_shown.first()),
+            (with_joint.last(), as_shown.last()),
+        ] {
+            let (a, b) = (a.unwrap(), b.unwrap());
+            assert!((a.translation.vector - b.translation.vector).norm() < 1e-9);
+        }
+
+        action.demonstration = Some(Demonstration {
+            step_secs: 0.2,
+            object_from_tcp: Vec::new(),
+        });
+        let skill = Articulate { action };
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let error = skill
+            .find_way(&situation, &situation.robot.q_ready(), &mut rng)
+            .unwrap_err();
+        assert!(
+            matches!(error, Stop::Error(SkillError::Demonstration { .. })),
+            "{error:?}"
+        );
     }
 }

@@ -8,6 +8,7 @@
 
 mod arm;
 mod articulate;
+mod demonstrated;
 mod pick;
 mod place;
 mod skill;

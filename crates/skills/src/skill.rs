@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use factotum_control::{Robot, RobotError, RobotState};
 use factotum_descriptions::ObjectClass;
 use factotum_geometry::Pose;
+use factotum_learning::dmp::DmpError;
 use factotum_motion::{HeldObject, MotionError, Obstacle, ObstacleShape, RobotModel};
 use rand_chacha::ChaCha8Rng;
 
@@ -168,6 +169,16 @@ pub enum SkillError {
     /// A model could not be loaded, or a planner was misused.
     #[error(transparent)]
     Motion(#[from] MotionError),
+    /// Nothing can be learned from what was shown.
+    #[error("the demonstration of `{action}` for class `{class}` is of no use")]
+    Demonstration {
+        /// The class.
+        class: String,
+        /// Its action.
+        action: String,
+        /// Why.
+        source: DmpError,
+    },
 }
 
 /// An option: initiation set, policy and termination condition.

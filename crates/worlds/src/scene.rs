@@ -179,6 +179,37 @@ fn default_objects_dir() -> PathBuf {
     PathBuf::from("../../objects")
 }
 
+/// The classes of the objects, and those that the chores speak of: a robot knows what a bin is in a home without one.
+fn load_classes(
+    dir: &Path,
+    objects: &[SceneObject],
+    chores: &[Chore],
+) -> Result<BTreeMap<String, ObjectClass>, WorldError> {
+    let mut classes: BTreeMap<String, ObjectClass> = BTreeMap::new();
+    let load = |name: &str, classes: &mut BTreeMap<String, ObjectClass>| {
+        if !classes.contains_key(name) {
+            classes.insert(name.to_owned(), ObjectClass::load(&dir.join(name))?);
+        }
+        Ok::<(), WorldError>(())
+    };
+    for object in objects {
+        load(&object.class, &mut classes)?;
+    }
+    for chore in chores {
+        // A name of no class is told with those there are, when the chores are checked.
+        if dir.join(&chore.class).join("class.toml").is_file() {
+            load(&chore.class, &mut classes)?;
+        }
+        let action = classes
+            .get(&chore.class)
+            .and_then(|class| class.action(&chore.action));
+        if let Some(target) = action.and_then(|action| action.target_class.clone()) {
+            load(&target, &mut classes)?;
+        }
+    }
+    Ok(classes)
+}
+
 impl HomeScene {
     /// Reads `DIR/scene.toml` (or the file itself, if `path` names one) and the classes it uses.
     ///
@@ -193,13 +224,7 @@ impl HomeScene {
         };
         let raw: RawScene = read_toml(&file)?;
         let dir = file.parent().map(Path::to_owned).unwrap_or_default();
-        let mut classes = BTreeMap::new();
-        for object in &raw.objects {
-            if !classes.contains_key(&object.class) {
-                let class_dir = dir.join(&raw.objects_dir).join(&object.class);
-                classes.insert(object.class.clone(), ObjectClass::load(&class_dir)?);
-            }
-        }
+        let classes = load_classes(&dir.join(&raw.objects_dir), &raw.objects, &raw.chores)?;
         let scene = Self {
             name: raw.name,
             description: raw.description,
@@ -346,17 +371,14 @@ impl HomeScene {
             .map(|action| action.name.as_str())
             .collect();
         self.check_name(&field("action"), &chore.action, &actions)?;
-        let objects: Vec<&str> = self
-            .objects
-            .iter()
-            .map(|object| object.name.as_str())
-            .collect();
+        let spec = class.action(&chore.action);
+        let target = spec.and_then(|action| action.target_class.as_deref());
         match &chore.judge {
             Criterion::Inside {
                 object, container, ..
             } => {
-                self.check_name(&field("judge.object"), object, &objects)?;
-                self.check_name(&field("judge.container"), container, &objects)
+                self.check_object(&field("judge.object"), object, Some(&chore.class))?;
+                self.check_object(&field("judge.container"), container, target)
             }
             Criterion::Joint {
                 object,
@@ -364,7 +386,7 @@ impl HomeScene {
                 state,
                 ..
             } => {
-                self.check_name(&field("judge.object"), object, &objects)?;
+                self.check_object(&field("judge.object"), object, Some(&chore.class))?;
                 let class_name = self
                     .objects
                     .iter()
@@ -386,6 +408,22 @@ impl HomeScene {
                 self.check_name(&field("judge.state"), state, &states)
             }
         }
+    }
+
+    /// An object that a judge looks at. A home without any object of its class has none to name: the chore cannot be
+    /// achieved there, which is for the judge to say.
+    fn check_object(&self, field: &str, name: &str, class: Option<&str>) -> Result<(), WorldError> {
+        let is_lacking =
+            class.is_some_and(|class| self.objects.iter().all(|object| object.class != class));
+        let objects: Vec<&str> = self
+            .objects
+            .iter()
+            .map(|object| object.name.as_str())
+            .collect();
+        if is_lacking {
+            return Ok(());
+        }
+        self.check_name(field, name, &objects)
     }
 
     fn check_interval(&self, field: &str, [low, high]: [f64; 2]) -> Result<(), WorldError> {

@@ -1,5 +1,7 @@
 //! Bad input: exit code 2 and a message that names what was found and what was wanted.
 
+use std::path::{Path, PathBuf};
+
 use crate::{assert_refused, factotum, factotum_in, repository};
 
 #[test]
@@ -24,29 +26,61 @@ fn an_unknown_scene_or_robot_is_named_with_those_there_are() {
     assert_refused(&said, &["robot `r2d2`", "movo", "panda"]);
 }
 
-#[test]
-fn a_joint_that_the_model_lacks_is_named() {
-    let dir = tempfile::tempdir().unwrap();
-    // The panda's model includes the hand's, from the folder beside it.
+/// The panda's folder in `dir`, to be spoiled. Its model includes the hand's, from the folder beside it.
+fn panda_in(dir: &Path) -> PathBuf {
     for robot in ["panda", "franka_hand"] {
-        std::fs::create_dir(dir.path().join(robot)).unwrap();
+        std::fs::create_dir(dir.join(robot)).unwrap();
         for entry in std::fs::read_dir(repository().join("assets/robots").join(robot))
             .unwrap()
             .flatten()
         {
-            std::fs::copy(entry.path(), dir.path().join(robot).join(entry.file_name())).unwrap();
+            std::fs::copy(entry.path(), dir.join(robot).join(entry.file_name())).unwrap();
         }
     }
-    let panda = dir.path().join("panda");
+    dir.join("panda")
+}
+
+/// Asserts that both who checks and who uses the robot refuse it.
+#[track_caller]
+fn assert_robot_refused(robot: &Path, words: &[&str]) {
+    let robot = robot.to_str().unwrap();
+    assert_refused(&factotum(&["robot", "check", robot]), words);
+    let run = ["run", "--headless", "--no-folder", "--robot", robot];
+    assert_refused(&factotum(&run), words);
+}
+
+#[test]
+fn a_joint_that_the_model_lacks_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let panda = panda_in(dir.path());
     let file = panda.join("robot.toml");
     let text = std::fs::read_to_string(&file).unwrap();
-    let joint = text
-        .split('"')
-        .find(|word| word.contains("joint") && word.ends_with('4'))
-        .expect("the panda's fourth joint");
-    std::fs::write(&file, text.replace(joint, "no_such_joint")).unwrap();
-    let said = factotum(&["robot", "check", panda.to_str().unwrap()]);
-    assert_refused(&said, &["no_such_joint"]);
+    std::fs::write(&file, text.replace("\"joint4\"", "\"elbow\"")).unwrap();
+    let words = [
+        panda.to_str().unwrap(),
+        "joint `elbow` is not in model `panda`",
+        "available: `joint1`, `joint2`",
+    ];
+    assert_robot_refused(&panda, &words);
+}
+
+#[test]
+fn a_broken_model_is_named_with_the_line() {
+    let dir = tempfile::tempdir().unwrap();
+    let panda = panda_in(dir.path());
+    let file = panda.join("panda.xml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let (whole, _) = text.split_once("</worldbody>").unwrap();
+    std::fs::write(&file, whole).unwrap();
+    assert_robot_refused(
+        &panda,
+        &[
+            "panda/panda.xml cannot be read: line ",
+            "is not well-formed XML",
+        ],
+    );
+    std::fs::remove_file(&file).unwrap();
+    assert_robot_refused(&panda, &["panda/panda.xml cannot be read", "No such file"]);
 }
 
 #[test]
@@ -74,7 +108,10 @@ fn a_map_cut_short_is_named() {
     )
     .unwrap();
     let said = factotum_in(dir.path(), &["map", "import", "map.yaml", "--out", "home"]);
-    assert_refused(&said, &["map.pgm"]);
+    assert_refused(
+        &said,
+        &["map.pgm", "truncated", "found 3 bytes", "wanted 16 (4 x 4"],
+    );
     assert!(!dir.path().join("home/home.toml").exists());
 }
 

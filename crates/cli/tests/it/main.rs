@@ -2,10 +2,15 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod bad_input;
+mod demonstrated;
 mod help;
 mod homes;
+mod honesty;
+mod known_home;
 mod planning;
+mod remote;
 mod runs;
+mod small_home;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -34,12 +39,18 @@ fn repository() -> PathBuf {
 
 /// Runs the program in the folder `dir`.
 fn factotum_in(dir: &Path, arguments: &[&str]) -> Said {
+    factotum_with(dir, arguments, &[])
+}
+
+/// Runs the program in the folder `dir` with more environment variables.
+fn factotum_with(dir: &Path, arguments: &[&str], variables: &[(&str, &Path)]) -> Said {
     let output = Command::new(env!("CARGO_BIN_EXE_factotum"))
         .args(arguments)
         .current_dir(dir)
         .env("FACTOTUM_ASSETS", repository().join("assets"))
         .env("NO_COLOR", "1")
         .env("COLUMNS", "100")
+        .envs(variables.iter().copied())
         .output()
         .unwrap();
     Said {

@@ -1,6 +1,6 @@
 //! `factotum plan`.
 
-use crate::{assert_refused, factotum_in};
+use crate::{assert_refused, factotum_in, factotum_with};
 
 const DOMAIN: &str = "\
 (define (domain coffee)
@@ -49,6 +49,31 @@ fn that_there_is_no_plan_is_an_answer() {
 fn a_syntax_error_is_named_by_line_and_column() {
     let said = plan(&DOMAIN.replace("(:action brew", "(:action brew))"), PROBLEM);
     assert_refused(&said, &["domain.pddl:5:"]);
+}
+
+#[test]
+fn a_file_cut_short_is_named_with_what_is_missing() {
+    let said = plan(&DOMAIN[..DOMAIN.len() - 3], PROBLEM);
+    assert_refused(&said, &["domain.pddl:", "expected `)`", "end of file"]);
+}
+
+#[test]
+fn a_planner_that_is_not_there_is_named_with_where_it_was_sought() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("domain.pddl"), DOMAIN).unwrap();
+    std::fs::write(dir.path().join("problem.pddl"), PROBLEM).unwrap();
+    let nowhere = dir.path().join("nowhere");
+    for arguments in [
+        &["plan", "domain.pddl", "problem.pddl"][..],
+        &["run", "--headless", "--no-folder"],
+    ] {
+        let arguments = [arguments, &["--planner", "fast-downward"]].concat();
+        let said = factotum_with(dir.path(), &arguments, &[("FAST_DOWNWARD", &nowhere)]);
+        assert_refused(
+            &said,
+            &["planner `fast-downward` not found", "nowhere", "install"],
+        );
+    }
 }
 
 #[test]

@@ -12,6 +12,7 @@ use crate::error::MotionError;
 /// [`MotionError`] if a part cannot be read or the tool frame names no part's body.
 pub fn scene_of_robot(description: &RobotDescription) -> Result<SceneBuilder, MotionError> {
     let mut scene = SceneBuilder::new();
+    scene.name(&description.name);
     add_robot(&mut scene, description)?;
     Ok(scene)
 }

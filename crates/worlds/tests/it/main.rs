@@ -11,6 +11,5 @@ mod judging;
 mod motions;
 mod picking;
 mod refusals;
-mod remote;
 mod scenes;
 mod senses;

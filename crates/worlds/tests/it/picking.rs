@@ -6,10 +6,10 @@ use factotum_worlds::{Fault, SimRobot, WorldConfig};
 use crate::fixture::{base_from_tcp, config, move_to, must, path_to, starting_at};
 
 /// How far in front of the bottle the robot unfolds its arm, metres.
-pub(crate) const CLEARANCE_M: f64 = 1.3;
+const CLEARANCE_M: f64 = 1.3;
 
 /// A seed whose bottle is on the near side of the table, and where the bottle is.
-pub(crate) fn near_bottle() -> (u64, f64, f64) {
+fn near_bottle() -> (u64, f64, f64) {
     (0..20)
         .find_map(|seed| {
             let home = SimRobot::new(config(seed)).unwrap();
@@ -20,7 +20,7 @@ pub(crate) fn near_bottle() -> (u64, f64, f64) {
 }
 
 /// Unfolds the arm clear of the table and drives up, until the bottle is between the open fingers, hand level.
-pub(crate) fn reach_for_the_bottle(robot: &mut dyn Robot) {
+fn reach_for_the_bottle(robot: &mut dyn Robot) {
     let ready = robot.description().arm.ready.clone();
     // Lift so that the hand is 0.105 m above the table's top.
     let unfold = move_to(robot, 0.105, &ready, 8.0);
@@ -31,7 +31,7 @@ pub(crate) fn reach_for_the_bottle(robot: &mut dyn Robot) {
 }
 
 /// Closes the fingers on the bottle and raises it by 0.2 m.
-pub(crate) fn grasp_and_raise(robot: &mut dyn Robot) {
+fn grasp_and_raise(robot: &mut dyn Robot) {
     let grip = GripperGoal {
         opening: 0.0,
         force_n: 30.0,

@@ -27,8 +27,8 @@ fn seeds_draw_different_homes_that_load() {
     }
 }
 
-/// Writes the household's file with one change, beside nothing else.
-fn error_of(from: &str, to: &str) -> String {
+/// Reads the household's file with one change, from a folder with nothing else in it.
+fn changed(from: &str, to: &str) -> Result<HomeScene, String> {
     let dir = tempfile::tempdir().unwrap();
     let objects = std::path::absolute(assets().join("objects")).unwrap();
     let text = std::fs::read_to_string(assets().join("scenes/household/scene.toml")).unwrap();
@@ -40,8 +40,39 @@ fn error_of(from: &str, to: &str) -> String {
     );
     let path = dir.path().join("scene.toml");
     std::fs::write(&path, text).unwrap();
-    let error = HomeScene::load(dir.path()).unwrap_err().to_string();
-    error.replace(&path.display().to_string(), "scene.toml")
+    HomeScene::load(dir.path()).map_err(|error| {
+        let error = error.to_string();
+        error.replace(&path.display().to_string(), "scene.toml")
+    })
+}
+
+fn error_of(from: &str, to: &str) -> String {
+    changed(from, to).unwrap_err()
+}
+
+/// Its chores stay, its classes are known; the judge says that they cannot be achieved.
+#[test]
+fn a_home_may_lack_what_its_chores_need() {
+    let text = std::fs::read_to_string(assets().join("scenes/household/scene.toml")).unwrap();
+    let objects = text
+        .split("\n\n")
+        .filter(|part| part.starts_with("[[objects]]"));
+    for (class, chore) in [
+        ("bin", "throw-away-bottle"),
+        ("bottle", "throw-away-bottle"),
+        ("faucet", "close-faucet"),
+    ] {
+        let object = objects
+            .clone()
+            .find(|part| part.contains(&format!("class = \"{class}\"")))
+            .unwrap();
+        let scene = changed(object, "").unwrap();
+        assert!(scene.classes().contains_key(class));
+        let robot = SimRobot::new(WorldConfig { scene, ..config(1) }).unwrap();
+        let verdict = robot.judge().achieved(chore).unwrap();
+        assert!(!verdict.achieved);
+        assert_eq!(verdict.measured, format!("this home has no `{class}_1`"));
+    }
 }
 
 #[test]

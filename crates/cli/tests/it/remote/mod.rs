@@ -1,4 +1,4 @@
-//! The `Robot` trait away from the simulator: a robot that lives in another process, 50 ms away.
+//! The `Robot` trait away from the simulator: a chore by a robot that lives in another process, 50 ms away.
 //!
 //! The test starts its own program once more; there, [`serve_when_asked`] finds its orders in the environment and runs
 //! the simulated robot behind a socket. On the way there and on the way back the robot's time goes on by half the
@@ -11,31 +11,33 @@ mod wire;
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::net::{TcpListener, TcpStream};
 
-use factotum_control::{Command, GripperGoal, MotionId, MotionStatus, Robot as _, RobotError};
+use factotum_control::{
+    Command, GripperGoal, MotionId, MotionStatus, Robot as _, RobotError, send_and_wait,
+};
+use factotum_descriptions::RobotDescription;
 use serde_json::{Value, json};
 
-use crate::fixture::{config, must, starting_at};
-use crate::picking::{CLEARANCE_M, grasp_and_raise, near_bottle, reach_for_the_bottle};
+use crate::known_home::{do_chore, household, near_the_switch, true_map};
 use client::RemoteRobot;
 
 /// There and back, seconds of robot time.
 const LATENCY_SECS: f64 = 0.05;
 
-/// Where the server finds the port to call, the seed and where to start.
+/// Where the server finds the port to call and the seed.
 const ORDERS: &str = "FACTOTUM_TEST_REMOTE";
 
 /// Starts the other process and waits for its call.
-fn remote_robot(seed: u64, x: f64, y: f64) -> RemoteRobot {
+fn remote_robot(description: RobotDescription, seed: u64) -> RemoteRobot {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
     let server = std::process::Command::new(std::env::current_exe().unwrap())
         .args(["remote::serve_when_asked", "--exact", "--nocapture"])
-        .env(ORDERS, format!("{port} {seed} {x} {y}"))
+        .env(ORDERS, format!("{port} {seed}"))
         .stdout(std::process::Stdio::null())
         .spawn()
         .unwrap();
     let (stream, _) = listener.accept().unwrap();
-    RemoteRobot::new(config(seed).robot, stream, server)
+    RemoteRobot::new(description, stream, server)
 }
 
 /// Not a test of its own: what the other process runs.
@@ -44,21 +46,20 @@ fn serve_when_asked() {
     let Ok(orders) = std::env::var(ORDERS) else {
         return;
     };
-    let words: Vec<&str> = orders.split(' ').collect();
-    let [port, seed, x, y] = words[..] else {
+    let Some((port, seed)) = orders.split_once(' ') else {
         panic!("orders `{orders}`")
     };
-    let (x, y): (f64, f64) = (x.parse().unwrap(), y.parse().unwrap());
-    let config = config(seed.parse().unwrap());
-    let mut robot = starting_at(config, x, y, std::f64::consts::FRAC_PI_2);
+    let mut robot = household(seed.parse().unwrap(), near_the_switch());
     let stream = TcpStream::connect(("127.0.0.1", port.parse::<u16>().unwrap())).unwrap();
     let mut answers = stream.try_clone().unwrap();
     for line in BufReader::new(stream).lines() {
         let Ok(line) = line else { return };
         let request: Value = serde_json::from_str(&line).unwrap();
-        if request["call"] == "bottle_height" {
-            let height = robot.world_from_object("bottle_1").unwrap().translation.z;
-            writeln!(answers, "{}", json!({ "ok": height })).unwrap();
+        if request["call"] == "judge" {
+            let chore = request["chore"].as_str().unwrap();
+            let verdict = robot.judge().achieved(chore).unwrap();
+            let ok = json!({ "achieved": verdict.achieved, "measured": verdict.measured });
+            writeln!(answers, "{}", json!({ "ok": ok })).unwrap();
             continue;
         }
         robot.wait(LATENCY_SECS / 2.0).unwrap();
@@ -70,40 +71,36 @@ fn serve_when_asked() {
     }
 }
 
+/// The whole executive, through the trait alone: it drives up, looks, turns the light off, looks again; physics in the
+/// other process says that the light is off.
 #[test]
-fn a_robot_in_another_process_fetches_the_bottle() {
-    let (seed, x, y) = near_bottle();
-    let mut robot = remote_robot(seed, x, y - CLEARANCE_M);
-    let before = robot.bottle_height();
-
+fn a_robot_in_another_process_turns_the_light_off() {
+    let seed = 1;
+    let twin = household(seed, near_the_switch());
+    let mut robot = remote_robot(twin.description().clone(), seed);
     let first = robot.state().unwrap();
     let second = robot.state().unwrap();
     assert!(
         (second.time_secs - first.time_secs - LATENCY_SECS).abs() < 1e-6,
         "time goes on"
     );
-
-    let scan = robot.scan().unwrap();
-    assert!(scan.data.hits_in_base().len() > 300);
-    let frame = robot.look().unwrap();
-    frame.data.check().unwrap();
-    assert!(
-        frame
-            .data
-            .label_classes
-            .iter()
-            .any(|class| class == "bottle")
+    assert_eq!(robot.judge("turn-light-off")["achieved"], false);
+    let report = do_chore(
+        &mut robot,
+        true_map(&twin),
+        near_the_switch(),
+        "light_switch",
+        "turn_off",
     );
-
-    reach_for_the_bottle(&mut robot);
-    grasp_and_raise(&mut robot);
-    let raised = robot.bottle_height() - before;
-    assert!((raised - 0.2).abs() < 0.02, "raised by {raised} m");
+    assert!(report.is_believed_done, "{report:?}");
+    let verdict = robot.judge("turn-light-off");
+    assert_eq!(verdict["achieved"], true, "{verdict}");
 }
 
 #[test]
 fn refusals_and_silence_come_through() {
-    let mut robot = remote_robot(1, 3.3, 1.2);
+    let description = household(1, near_the_switch()).description().clone();
+    let mut robot = remote_robot(description, 1);
     let hard = GripperGoal {
         opening: 0.0,
         force_n: 400.0,
@@ -122,7 +119,8 @@ fn refusals_and_silence_come_through() {
         opening: 0.5,
         force_n: 20.0,
     };
-    must(&mut robot, Command::Gripper(soft));
+    let status = send_and_wait(&mut robot, Command::Gripper(soft), 5.0, &mut |_| Ok(true));
+    assert_eq!(status, Ok(MotionStatus::Done));
     let id = robot.send(Command::Gripper(soft)).unwrap();
     robot.stop().unwrap();
     assert_eq!(robot.progress(id).unwrap(), MotionStatus::Preempted);
