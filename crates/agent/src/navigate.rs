@@ -77,8 +77,11 @@ impl Executive<'_> {
         )
     }
 
-    /// Grounds the navigation symbols of all options and finds which regions are connected.
-    pub(crate) fn ground_graph(&mut self) -> Result<(), AgentError> {
+    /// Grounds the navigation symbols of all options, finds which regions are connected, and shows the map.
+    ///
+    /// # Errors
+    /// [`AgentError`] if the robot does not answer, and [`AgentError::Stopped`] when the observer wished to stop.
+    pub fn ground_graph(&mut self) -> Result<(), AgentError> {
         /// Poses kept per region, enough to draw it.
         const N_SHOWN: usize = 40;
         let grid = self.inflated();

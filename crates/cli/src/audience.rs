@@ -3,12 +3,12 @@
 //! All of them are told the same, once, here. Nothing that goes wrong in telling stops the robot: a recording or a log
 //! that cannot go on is given up, and [`Audience::take_troubles`] says so at the end.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use factotum_experiments::recording::Recording;
 use factotum_experiments::report::Timing;
-use factotum_experiments::run_folder::RECORDING_NAME;
+use factotum_experiments::run_folder::RunFolder;
 use factotum_experiments::storage;
 use factotum_experiments::utc::UtcTime;
 use factotum_geometry::sensing::LaserScan;
@@ -65,23 +65,30 @@ struct Inner {
 }
 
 impl Audience {
-    /// Followers of a run that begins, with a page or without. A recording that cannot be begun is a trouble, not an error.
+    /// Followers of a run that begins, with a page or without, or goes on after what was `told` before the robot's clock
+    /// showed `time_secs`. A recording that cannot be begun is a trouble, not an error.
     pub(crate) fn new(
         studio: Option<Arc<StudioHandle>>,
-        run_folder: Option<&Path>,
+        run_folder: Option<&RunFolder>,
         started: UtcTime,
+        told: Told,
+        time_secs: f64,
     ) -> Self {
         let mut troubles = Vec::new();
         let recording = run_folder.and_then(|folder| {
-            Recording::create(&folder.join(RECORDING_NAME), started)
+            Recording::create(&folder.next_recording(), started)
                 .map_err(|error| troubles.push(error.into()))
                 .ok()
         });
+        let events_file = run_folder.map(|folder| folder.file(EVENTS_NAME));
+        if let Some(Err(error)) = events_file.as_deref().map(storage::keep_whole_lines) {
+            troubles.push(error.into());
+        }
         let inner = Inner {
             recording,
-            events_file: run_folder.map(|folder| folder.join(EVENTS_NAME)),
+            events_file,
             troubles,
-            time_secs: 0.0,
+            time_secs,
             state_recorded_secs: f64::NEG_INFINITY,
             scan_recorded_secs: f64::NEG_INFINITY,
             status: wire::Status {
@@ -89,10 +96,10 @@ impl Audience {
                 activity: wire::Activity::Starting,
                 paused: false,
             },
-            activity_began_secs: 0.0,
+            activity_began_secs: time_secs,
             n_plans: 0,
-            n_replans: 0,
-            told: Told::default(),
+            n_replans: told.plan.replans,
+            told,
         };
         Self {
             studio,
@@ -111,6 +118,15 @@ impl Audience {
         if let Some(studio) = &self.studio {
             studio.publish(message);
         }
+    }
+
+    /// Tells of something that neither robot nor home said.
+    pub(crate) fn note(&self, text: &str) {
+        self.tell(ServerMessage::Event(wire::Event {
+            level: wire::EventLevel::Info,
+            text: text.to_owned(),
+            time_secs: self.time_secs(),
+        }));
     }
 
     /// Tells of a sweep of the lidar, which only the recording keeps.
@@ -173,9 +189,13 @@ impl Audience {
         self.lock().time_secs
     }
 
-    /// What has been told so far.
+    /// What has been told so far, what the robot is at included.
     pub(crate) fn told(&self) -> Told {
-        self.lock().told.clone()
+        let inner = self.lock();
+        let mut told = inner.told.clone();
+        let secs = inner.time_secs - inner.activity_began_secs;
+        told.spend(words_of(inner.status.activity), secs);
+        told
     }
 
     /// Ends the recording.
@@ -186,9 +206,13 @@ impl Audience {
         }
     }
 
-    /// Something could not be kept; the run goes on.
+    /// Something could not be kept; the run goes on. The same trouble over and over is told once.
     pub(crate) fn add_trouble(&self, trouble: anyhow::Error) {
-        self.lock().troubles.push(trouble);
+        let troubles = &mut self.lock().troubles;
+        let text = format!("{trouble:#}");
+        if troubles.iter().all(|known| format!("{known:#}") != text) {
+            troubles.push(trouble);
+        }
     }
 
     /// What could not be kept, and why.

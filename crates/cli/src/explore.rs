@@ -1,16 +1,18 @@
 //! `factotum map explore`: a home folder from nothing but a robot's own senses.
 
+use std::cell::RefCell;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use clap::Args;
-use factotum_agent::AgentError;
 use factotum_protocol as wire;
-use factotum_semantic_map::home_folder;
+use factotum_semantic_map::Home;
 use factotum_task_planning::planner::Ferroplan;
 use serde_json::json;
 
 use crate::console::{Answer, Console, now, usage};
-use crate::session::{Session, WorldArgs};
+use crate::keeper::Keeper;
+use crate::session::{Session, Start, WorldArgs};
 
 /// Arguments of `factotum map explore`.
 #[derive(Debug, Args)]
@@ -33,23 +35,23 @@ pub(crate) fn explore(args: &ExploreArgs, console: &Console) -> anyhow::Result<A
     }
     console.progress("loading models");
     let models = args.world.load()?;
-    let mut session = Session::begin(&args.world, models, None, None, started, console)?;
+    let mut session = Session::begin(&args.world, models, None, None, None, started, console)?;
     session.audience.set_goal("know the home");
     session.audience.set_activity(wire::Activity::Exploring);
-    let mut explored: Result<(), AgentError> = Ok(());
     let aosm = session.empty_map()?;
+    let name = session.sim.borrow().scene().name().to_owned();
+    let home = Home::create(&args.out, &name, &aosm, started.unix_secs() as f64)?;
+    let keeper = RefCell::new(Keeper::new(Some(home), None, None, Instant::now()));
     let planner = Ferroplan::default();
-    let ended = session.execute(aosm, &planner, |executive| {
-        explored = executive.explore(&mut |_| false);
-    })?;
+    let ended = session.execute(aosm, &Start::AtOrigin, &planner, &keeper, |executive| {
+        executive.explore(&mut |_| false)
+    });
     let is_stopped = session.stop.is_raised();
-    let name = session.sim.scene().name().to_owned();
-    home_folder::write(&args.out, &name, &ended.aosm)?;
     session.audience.set_activity(wire::Activity::Finished);
     let grid = &ended.aosm.grid;
     let objects: Vec<&String> = ended.aosm.objects.keys().collect();
     let document = json!({
-        "home": name, "complete": !is_stopped && explored.is_ok(), "objects": objects,
+        "home": name, "complete": !is_stopped && ended.failed.is_none(), "objects": objects,
         "width": grid.width(), "height": grid.height(), "sim_secs": session.audience.time_secs(),
     });
     console.answer(&document, || {
@@ -67,8 +69,10 @@ pub(crate) fn explore(args: &ExploreArgs, console: &Console) -> anyhow::Result<A
         )
     })?;
     session.linger();
-    match explored {
-        Err(error) if !is_stopped => Err(error.into()),
+    let trouble = session.audience.take_troubles().into_iter().next();
+    match (ended.failed, trouble) {
+        (Some(error), _) if !is_stopped => Err(error.into()),
+        (_, Some(trouble)) => Err(trouble),
         _ => Ok(Answer::from(!is_stopped)),
     }
 }

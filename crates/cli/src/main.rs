@@ -17,12 +17,15 @@ mod doctor;
 mod experiment;
 mod explore;
 mod home;
+mod keeper;
 mod map;
 mod plan;
 mod result;
+mod resume;
 mod robot;
 mod run;
 mod session;
+mod snapshot;
 mod studio;
 mod watch;
 mod wire_view;
@@ -51,6 +54,8 @@ const EXAMPLES: &str = "\
 Examples:
   factotum run                                       watch a robot do three chores in a simulated home
   factotum run --headless --goal turn-light-off      one chore, no page
+  factotum run --resume runs/2026-11-22-household-0  go on with a run that crashed or was stopped
+  factotum run --home home                           the next day: chores in a home that is known
   factotum plan domain.pddl problem.pddl             task planning alone
   factotum map explore --out home                    a home folder from a robot's own exploring
   factotum map import map.yaml --out home            a home folder from a ROS map_server map

@@ -26,6 +26,8 @@ pub(crate) struct RunResult {
     pub(crate) peak_rss_mb: Option<f64>,
     /// What the fault asked for did, once it happened.
     pub(crate) fault: Option<String>,
+    /// How often the run was gone on with after a crash or a stop.
+    pub(crate) n_resumed: u32,
 }
 
 /// What came of one chore.
@@ -84,6 +86,7 @@ impl RunResult {
             "wall_secs": rounded(self.wall_secs),
             "sim_secs": rounded(self.sim_secs),
             "peak_rss_mb": self.peak_rss_mb,
+            "resumed": self.n_resumed,
         })
     }
 
@@ -113,6 +116,7 @@ impl RunResult {
             "wall_secs": rounded(self.wall_secs),
             "sim_secs": rounded(if self.is_single { self.sim_secs } else { self.explore_secs + report.robot_secs }),
             "peak_rss_mb": self.peak_rss_mb,
+            "resumed": self.n_resumed,
         })
     }
 
@@ -194,6 +198,10 @@ impl RunResult {
             Fact::new("Program", &manifest.program),
             Fact::new("Started", &manifest.started),
         ];
+        if self.n_resumed > 0 {
+            let times = if self.n_resumed == 1 { "time" } else { "times" };
+            facts.push(Fact::new("Resumed", format!("{} {times}", self.n_resumed)));
+        }
         facts.extend(self.fault.iter().map(|fault| Fact::new("Fault", fault)));
         Report {
             title: goals.join(", "),

@@ -1,12 +1,15 @@
 //! A simulated robot at work with somebody watching: what `run` and `map explore` have in common.
 
-use std::path::{Path, PathBuf};
+use std::cell::RefCell;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
 use clap::Args;
-use factotum_agent::{AgentError, Executive, Settings};
+use factotum_agent::{AgentError, Checkpoint, Executive, Settings, find_in_map};
+use factotum_control::Robot as _;
 use factotum_descriptions::RobotDescription;
+use factotum_experiments::run_folder::RunFolder;
 use factotum_experiments::utc::UtcTime;
 use factotum_geometry::Pose2;
 use factotum_geometry::grid::{Cell, OccupancyGrid};
@@ -20,7 +23,9 @@ use crate::assets;
 use crate::audience::Audience;
 use crate::belief::BeliefScene;
 use crate::console::{Console, usage};
+use crate::keeper::Keeper;
 use crate::robot;
+use crate::snapshot::Snapshot;
 use crate::watch::{FRAME_SECS, Overheard, Pacer, Reporter, StopFlag};
 use crate::wire_view::scene_of;
 
@@ -28,7 +33,7 @@ use crate::wire_view::scene_of;
 pub(crate) const MAP_RESOLUTION_M: f64 = 0.05;
 
 /// Which robot works in which home, and how it is watched.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct WorldArgs {
     /// Home to work in: a folder with `scene.toml`, or the name of a shipped one.
     #[arg(long, default_value = "household")]
@@ -69,11 +74,24 @@ impl WorldArgs {
 
 /// A robot in its home, and whoever follows it.
 pub(crate) struct Session<'a> {
-    pub(crate) sim: SimRobot,
+    /// Shared by the executive, which acts through it, and the keeper, which takes snapshots between motions.
+    pub(crate) sim: RefCell<SimRobot>,
     pub(crate) audience: Audience,
     pub(crate) stop: StopFlag,
+    /// World in map. A map that begins in this session begins where the robot stands.
+    pub(crate) world_from_map: Pose2,
     console: &'a Console,
     seed: u64,
+}
+
+/// Where an executive begins.
+pub(crate) enum Start<'s> {
+    /// At the origin of the map.
+    AtOrigin,
+    /// Somewhere in a stored map: it must find out.
+    Somewhere,
+    /// Where an earlier one was.
+    From(&'s Checkpoint),
 }
 
 /// What is left when an executive has ended.
@@ -84,15 +102,19 @@ pub(crate) struct Ended {
     pub(crate) n_nodes: usize,
     /// Ways between them.
     pub(crate) n_edges: usize,
+    /// What ended it before its time.
+    pub(crate) failed: Option<AgentError>,
 }
 
 impl<'a> Session<'a> {
-    /// Makes the world and, unless headless, opens the page. What happens goes into `run_folder`, if there is one.
+    /// Makes the world, or makes it anew as it was in the snapshot `before`, and opens the page, unless headless. What
+    /// happens goes into `run_folder`, if there is one.
     pub(crate) fn begin(
         args: &WorldArgs,
         (scene, robot): (HomeScene, RobotDescription),
         fault: Option<Fault>,
-        run_folder: Option<&Path>,
+        run_folder: Option<&RunFolder>,
+        before: Option<&Snapshot>,
         started: UtcTime,
         console: &'a Console,
     ) -> anyhow::Result<Self> {
@@ -107,6 +129,11 @@ impl<'a> Session<'a> {
             fault,
         })
         .map_err(usage)?;
+        if let Some(before) = before {
+            let world = sim.read_snapshot(&before.world)?;
+            sim.restore(&world)?;
+        }
+        let time_secs = sim.state()?.time_secs;
         let studio = if args.headless {
             None
         } else {
@@ -115,7 +142,8 @@ impl<'a> Session<'a> {
         if let Some(studio) = &studio {
             console.say(format_args!("watch at {}", studio.url()));
         }
-        let audience = Audience::new(studio, run_folder, started);
+        let told = before.map(|before| before.told.clone()).unwrap_or_default();
+        let audience = Audience::new(studio, run_folder, started, told, time_secs);
         let (bodies, poses) = (sim.visual_bodies(), sim.world_from_bodies());
         for source in [wire::SceneSource::Home, wire::SceneSource::Robot] {
             audience.tell(ServerMessage::Scene(scene_of(&bodies, &poses, source)));
@@ -123,7 +151,11 @@ impl<'a> Session<'a> {
         let mut pacer = Pacer::new(audience.clone(), stop.clone(), &sim, speed);
         sim.set_observer(FRAME_SECS, Box::new(move |view| pacer.frame(view)));
         Ok(Self {
-            sim,
+            world_from_map: before.map_or_else(
+                || sim.world_from_odom_start(),
+                |before| before.world_from_map,
+            ),
+            sim: RefCell::new(sim),
             audience,
             stop,
             console,
@@ -136,52 +168,87 @@ impl<'a> Session<'a> {
         let nothing =
             OccupancyGrid::filled(1, 1, MAP_RESOLUTION_M, Pose2::identity(), Cell::UNKNOWN)?;
         Ok(Aosm::new(
-            self.sim.scene().classes().values().cloned(),
+            self.sim.borrow().scene().classes().values().cloned(),
             nothing,
         ))
     }
 
-    /// World in map: the map begins where the robot stood.
-    pub(crate) fn world_from_map(&self) -> Pose2 {
-        self.sim.world_from_odom_start()
-    }
-
-    /// Lets an executive with the belief `aosm` do something.
+    /// Lets an executive with the belief `aosm` do something, and answers what is left of it.
     pub(crate) fn execute(
         &mut self,
         aosm: Aosm,
+        start: &Start<'_>,
         planner: &dyn Planner,
-        work: impl FnOnce(&mut Executive<'_>),
-    ) -> Result<Ended, AgentError> {
+        keeper: &RefCell<Keeper>,
+        work: impl FnOnce(&mut Executive<'_>) -> Result<(), AgentError>,
+    ) -> Ended {
+        let mut ended = Ended {
+            aosm,
+            n_nodes: 0,
+            n_edges: 0,
+            failed: None,
+        };
+        let worked = self.work(&mut ended, start, planner, keeper, work);
+        ended.failed = worked.err();
+        ended
+    }
+
+    fn work(
+        &mut self,
+        ended: &mut Ended,
+        start: &Start<'_>,
+        planner: &dyn Planner,
+        keeper: &RefCell<Keeper>,
+        work: impl FnOnce(&mut Executive<'_>) -> Result<(), AgentError>,
+    ) -> Result<(), AgentError> {
+        let aosm = ended.aosm.clone();
+        let description = self.sim.borrow().description().clone();
+        let mut robot = Overheard {
+            description,
+            sim: &self.sim,
+            audience: self.audience.clone(),
+            stop: self.stop.clone(),
+        };
         let mut reporter = Reporter {
+            sim: &self.sim,
+            keeper,
             audience: self.audience.clone(),
             stop: self.stop.clone(),
             console: self.console,
-            world_from_map: self.world_from_map(),
+            world_from_map: self.world_from_map,
             belief: BeliefScene::new(aosm.classes.values()),
         };
-        let mut robot = Overheard {
-            sim: &mut self.sim,
-            audience: self.audience.clone(),
-            stop: self.stop.clone(),
+        let map_from_odom = match start {
+            Start::AtOrigin => Pose2::identity(),
+            Start::From(checkpoint) => checkpoint.map_from_odom,
+            Start::Somewhere => {
+                let map_from_odom = find_in_map(&mut robot, &aosm.grid, &mut reporter)?;
+                let odom_from_base = robot.state()?.odom_from_base;
+                let world_from_odom =
+                    self.sim.borrow().world_from_base() * odom_from_base.inverse();
+                self.world_from_map = world_from_odom * map_from_odom.inverse();
+                reporter.world_from_map = self.world_from_map;
+                map_from_odom
+            }
         };
-        let settings = Settings::default();
         let mut executive = Executive::new(
             &mut robot,
             aosm,
-            Pose2::identity(),
+            map_from_odom,
             planner,
             &mut reporter,
-            settings,
+            Settings::default(),
             self.seed,
         )?;
-        work(&mut executive);
-        let (n_nodes, n_edges) = (executive.graph().nodes.len(), executive.graph().edges.len());
-        Ok(Ended {
-            aosm: executive.into_aosm(),
-            n_nodes,
-            n_edges,
-        })
+        if let Start::From(checkpoint) = start {
+            executive.restore(checkpoint);
+        }
+        let worked = work(&mut executive);
+        (ended.n_nodes, ended.n_edges) =
+            (executive.graph().nodes.len(), executive.graph().edges.len());
+        ended.aosm = executive.into_aosm();
+        keeper.borrow_mut().keep_map(&ended.aosm, &self.audience);
+        worked
     }
 
     /// Keeps the page open until somebody closes it, unless the job was stopped, which meant the page as well.

@@ -1,5 +1,6 @@
 //! Between the run and whoever follows it: poses, map and plan go out; pause and stop, and Ctrl-C, come back.
 
+use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -17,6 +18,7 @@ use factotum_worlds::{BodyGroup, SimRobot, WorldView};
 use crate::audience::Audience;
 use crate::belief::BeliefScene;
 use crate::console::Console;
+use crate::keeper::Keeper;
 use crate::wire_view::{aosm_of, map_of, plan_of, planar, pose_of};
 
 /// A wish to stop, from the page or from Ctrl-C.
@@ -176,32 +178,33 @@ impl Pacer {
 /// The simulated robot, overheard: base paths and scans are told on their way. When a stop is wished it halts, and
 /// answers no more, so that a stop need not wait for the end of a motion.
 pub(crate) struct Overheard<'a> {
-    pub(crate) sim: &'a mut SimRobot,
+    pub(crate) description: RobotDescription,
+    pub(crate) sim: &'a RefCell<SimRobot>,
     pub(crate) audience: Audience,
     pub(crate) stop: StopFlag,
 }
 
 impl Robot for Overheard<'_> {
     fn description(&self) -> &RobotDescription {
-        self.sim.description()
+        &self.description
     }
 
     fn state(&mut self) -> Result<RobotState, RobotError> {
-        self.sim.state()
+        self.sim.borrow_mut().state()
     }
 
     fn send(&mut self, command: Command) -> Result<MotionId, RobotError> {
+        let mut sim = self.sim.borrow_mut();
         let points = match &command {
             Command::BasePath(path) => {
                 // Odometry drifts; the path is drawn where the robot will really drive.
-                let world_from_odom =
-                    self.sim.world_from_base() * self.sim.state()?.odom_from_base.inverse();
+                let world_from_odom = sim.world_from_base() * sim.state()?.odom_from_base.inverse();
                 let point = |pose: &Pose2| (world_from_odom * pose).translation.vector.into();
                 Some(path.odom_from_base.iter().map(point).collect())
             }
             _ => None,
         };
-        let id = self.sim.send(command)?;
+        let id = sim.send(command)?;
         if let Some(points) = points {
             self.audience
                 .tell(ServerMessage::BasePath(wire::BasePath { points }));
@@ -210,24 +213,24 @@ impl Robot for Overheard<'_> {
     }
 
     fn progress(&mut self, id: MotionId) -> Result<MotionStatus, RobotError> {
-        self.sim.progress(id)
+        self.sim.borrow_mut().progress(id)
     }
 
     fn scan(&mut self) -> Result<Stamped<LaserScan>, RobotError> {
-        let scan = self.sim.scan()?;
+        let scan = self.sim.borrow_mut().scan()?;
         self.audience.tell_scan(scan.time_secs, &scan.data);
         Ok(scan)
     }
 
     fn look(&mut self) -> Result<Stamped<DepthFrame>, RobotError> {
-        self.sim.look()
+        self.sim.borrow_mut().look()
     }
 
     fn wait(&mut self, secs: f64) -> Result<(), RobotError> {
-        self.sim.wait(secs)?;
+        self.sim.borrow_mut().wait(secs)?;
         if self.stop.is_raised() {
-            self.sim.stop()?;
-            let robot = self.sim.description().name.clone();
+            self.stop()?;
+            let robot = self.description.name.clone();
             return Err(RobotError::Lost {
                 robot,
                 reason: "stopped on request".to_owned(),
@@ -237,12 +240,14 @@ impl Robot for Overheard<'_> {
     }
 
     fn stop(&mut self) -> Result<(), RobotError> {
-        self.sim.stop()
+        self.sim.borrow_mut().stop()
     }
 }
 
-/// Tells the followers and the terminal what the executive does.
+/// Tells the followers and the terminal what the executive does, and has the keeper keep it.
 pub(crate) struct Reporter<'a> {
+    pub(crate) sim: &'a RefCell<SimRobot>,
+    pub(crate) keeper: &'a RefCell<Keeper>,
     pub(crate) audience: Audience,
     pub(crate) stop: StopFlag,
     pub(crate) console: &'a Console,
@@ -288,7 +293,13 @@ impl Observer for Reporter<'_> {
                 }
             }
             Event::Plan { steps } => self.hear_plan(steps),
-            Event::Checkpoint { .. } => {}
+            Event::Checkpoint { aosm, checkpoint } => self.keeper.borrow_mut().keep(
+                aosm,
+                checkpoint,
+                &self.sim.borrow(),
+                self.world_from_map,
+                &self.audience,
+            ),
         }
         if self.stop.is_raised() {
             Wish::Stop

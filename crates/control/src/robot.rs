@@ -202,7 +202,8 @@ pub trait Robot {
     /// How a goal goes, as last heard.
     ///
     /// # Errors
-    /// [`RobotError::Refused`] for an id that was never given, [`RobotError::Lost`] if the robot does not answer.
+    /// [`RobotError::Refused`] for an id that was never given or ended many motions ago, [`RobotError::Lost`] if the
+    /// robot does not answer.
     fn progress(&mut self, id: MotionId) -> Result<MotionStatus, RobotError>;
 
     /// The newest laser scan.

@@ -4,10 +4,14 @@
 //! |---|---|
 //! | `manifest.json` | what was run, when, with which seed, and how it ended |
 //! | `report.html` | the [report](crate::report) |
-//! | `recording.mcap` | the [recording](crate::recording) |
+//! | `recording.mcap` | the [recording](crate::recording); `recording-2.mcap`, ... of what came after a resume |
+//! | `snapshots/` | the last few [snapshots](Snapshots), to go on from after a crash |
 //!
 //! Whoever runs adds its own files with [`RunFolder::write`] and [`RunFolder::append_line`].
 
+mod snapshots;
+
+use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -18,11 +22,13 @@ use thiserror::Error;
 use crate::storage::{self, StorageError};
 use crate::utc::UtcTime;
 
+pub use snapshots::{N_SNAPSHOTS_KEPT, SNAPSHOTS_NAME, SnapshotError, Snapshots};
+
 /// Name of the manifest in a run folder.
 pub const MANIFEST_NAME: &str = "manifest.json";
 /// Name of the report in a run folder.
 pub const REPORT_NAME: &str = "report.html";
-/// Name of the recording in a run folder.
+/// Name of the first recording in a run folder.
 pub const RECORDING_NAME: &str = "recording.mcap";
 
 /// A run folder that could not be made or opened.
@@ -66,6 +72,15 @@ pub struct Manifest {
     pub ended: Option<String>,
     /// Its exit code; nothing while it runs or after a crash.
     pub exit_code: Option<u8>,
+    /// What it was asked for, by option of the command line: what it takes to go on with it.
+    #[serde(default)]
+    pub options: BTreeMap<String, String>,
+    /// Whether it was stopped on request, before its end.
+    #[serde(default)]
+    pub stopped: bool,
+    /// How often it was gone on with after a crash or a stop.
+    #[serde(default)]
+    pub resumed: u32,
 }
 
 impl Manifest {
@@ -86,6 +101,9 @@ impl Manifest {
             started: started.to_string(),
             ended: None,
             exit_code: None,
+            options: BTreeMap::new(),
+            stopped: false,
+            resumed: 0,
         }
     }
 }
@@ -212,13 +230,49 @@ impl RunFolder {
         storage::append_line(&self.file(name), line)
     }
 
-    /// Writes into the manifest how the run ended.
+    /// Its snapshots.
+    #[must_use]
+    pub fn snapshots(&self) -> Snapshots {
+        Snapshots::of_run(&self.path)
+    }
+
+    /// Place of the next recording: a recording of what came before a crash stays.
+    #[must_use]
+    pub fn next_recording(&self) -> PathBuf {
+        let mut file = self.file(RECORDING_NAME);
+        let mut number = 2;
+        while file.exists() {
+            file = self.file(&RECORDING_NAME.replace('.', &format!("-{number}.")));
+            number += 1;
+        }
+        file
+    }
+
+    /// Writes into the manifest that the run goes on.
     ///
     /// # Errors
     /// [`StorageError`] when it cannot be written.
-    pub fn finish(&mut self, ended: UtcTime, exit_code: u8) -> Result<(), StorageError> {
+    pub fn resume(&mut self) -> Result<(), StorageError> {
+        self.manifest.ended = None;
+        self.manifest.exit_code = None;
+        self.manifest.stopped = false;
+        self.manifest.resumed += 1;
+        self.write_json(MANIFEST_NAME, &self.manifest)
+    }
+
+    /// Writes into the manifest how the run ended, and whether it was stopped on request.
+    ///
+    /// # Errors
+    /// [`StorageError`] when it cannot be written.
+    pub fn finish(
+        &mut self,
+        ended: UtcTime,
+        exit_code: u8,
+        is_stopped: bool,
+    ) -> Result<(), StorageError> {
         self.manifest.ended = Some(ended.to_string());
         self.manifest.exit_code = Some(exit_code);
+        self.manifest.stopped = is_stopped;
         self.write_json(MANIFEST_NAME, &self.manifest)
     }
 }
@@ -284,7 +338,7 @@ mod tests {
         let crashed = RunFolder::open(folder.path()).unwrap();
         assert_eq!(crashed.manifest().exit_code, None);
         folder
-            .finish(UtcTime::from_unix_secs(1_735_689_660), 1)
+            .finish(UtcTime::from_unix_secs(1_735_689_660), 1, true)
             .unwrap();
         let finished = RunFolder::open(folder.path()).unwrap();
         assert_eq!(finished.manifest(), folder.manifest());
@@ -293,6 +347,36 @@ mod tests {
             Some("2025-01-01T00:01:00Z")
         );
         assert_eq!(finished.manifest().exit_code, Some(1));
+        assert!(finished.manifest().stopped);
+    }
+
+    #[test]
+    fn a_run_that_goes_on_has_not_ended_and_records_anew() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut folder = RunFolder::create_at(&dir.path().join("out"), manifest()).unwrap();
+        for name in ["recording.mcap", "recording-2.mcap", "recording-3.mcap"] {
+            assert_eq!(folder.next_recording(), folder.file(name));
+            folder.write(name, b"recorded").unwrap();
+        }
+        let ended = UtcTime::from_unix_secs(1_735_689_660);
+        folder.finish(ended, 1, true).unwrap();
+        folder.resume().unwrap();
+        let again = RunFolder::open(folder.path()).unwrap();
+        let begun = Manifest {
+            resumed: 1,
+            ..manifest()
+        };
+        assert_eq!(again.manifest(), &begun);
+    }
+
+    #[test]
+    fn a_manifest_of_before_there_were_resumes_is_read() {
+        let dir = tempfile::tempdir().unwrap();
+        let text = r#"{"program": "factotum 0.1.0", "command": [], "scene": "household", "seed": 7,
+            "started": "2024-12-31T23:59:59Z", "ended": null, "exit_code": null}"#;
+        fs::write(dir.path().join(MANIFEST_NAME), text).unwrap();
+        let folder = RunFolder::open(dir.path()).unwrap();
+        assert!(folder.manifest().options.is_empty());
     }
 
     #[test]

@@ -166,6 +166,19 @@ impl Aosm {
         Ok(name)
     }
 
+    /// Forgets what may have changed while nobody looked: in which states things are, and the objects that were held or
+    /// put into others, which no look can confirm. Where the others stand is from now on a guess.
+    pub fn begin_day(&mut self) {
+        /// How far an object may have been pushed overnight, metres.
+        const GUESS_STD_M: f64 = 0.05;
+        self.objects
+            .retain(|_, object| object.location == Location::Loose);
+        for object in self.objects.values_mut() {
+            object.joints.clear();
+            object.position_std_m = object.position_std_m.max(GUESS_STD_M);
+        }
+    }
+
     /// The state names that hold for an object, from its joint positions.
     pub fn states_of(&self, object: &MapObject) -> Vec<&str> {
         let Some(class) = self.classes.get(&object.class) else {

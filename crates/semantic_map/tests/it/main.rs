@@ -77,6 +77,27 @@ fn plan_for(aosm: &Aosm, goal: &ChoreGoal) -> Vec<String> {
 }
 
 #[test]
+fn on_a_new_day_what_was_done_is_looked_at_again() {
+    let mut aosm = household();
+    let light = chore("light_switch", Wanted::State("off".to_owned()));
+    let off = aosm.class("light_switch").unwrap().state("off").unwrap();
+    let position = (off.range[0] + off.range[1]) / 2.0;
+    let joints = &mut aosm.object_mut("light_switch_1").unwrap().joints;
+    joints.insert("toggle".to_owned(), position);
+    aosm.object_mut("bottle_1").unwrap().location = Location::In("bin_1".to_owned());
+    assert!(plan_for(&aosm, &light).is_empty());
+    aosm.begin_day();
+    assert_eq!(plan_for(&aosm, &light), ["(turn_off light_switch_1)"]);
+    let names: Vec<&String> = aosm.objects.keys().collect();
+    assert_eq!(names, ["bin_1", "faucet_1", "light_switch_1"]);
+    assert!(
+        aosm.objects
+            .values()
+            .all(|object| object.position_std_m > 0.03)
+    );
+}
+
+#[test]
 fn the_three_chores_have_the_plans_one_expects() {
     let aosm = household();
     let throw_away = chore("bottle", Wanted::In("bin".to_owned()));

@@ -24,17 +24,18 @@ impl Robot for SimRobot {
     }
 
     fn progress(&mut self, id: MotionId) -> Result<MotionStatus, RobotError> {
-        self.live
-            .statuses
-            .get(&id)
-            .cloned()
-            .ok_or_else(|| RobotError::Refused {
-                reason: format!(
+        let status = self.live.statuses.get(&id).cloned();
+        status.ok_or_else(|| RobotError::Refused {
+            reason: if id.0 < self.live.next_id {
+                format!("motion {} ended long ago", id.0)
+            } else {
+                format!(
                     "motion {} was never given; the last is {}",
                     id.0,
                     self.live.next_id - 1
-                ),
-            })
+                )
+            },
+        })
     }
 
     fn scan(&mut self) -> Result<Stamped<LaserScan>, RobotError> {

@@ -23,6 +23,9 @@ const TOOL_START_OFF_MAX_M: f64 = 0.1;
 /// Slack on joint limits, rad or m.
 const LIMIT_SLACK: f64 = 1e-3;
 
+/// Motions whose end is remembered.
+const N_STATUSES_KEPT: usize = 64;
+
 /// Slack on speed limits.
 const SPEED_SLACK: f64 = 1.05;
 
@@ -50,7 +53,19 @@ impl SimRobot {
         self.live.next_id += 1;
         self.end(preempted.map(|old| (old, MotionStatus::Preempted)));
         self.live.statuses.insert(id, MotionStatus::Active);
+        self.forget_old_motions();
         Ok(id)
+    }
+
+    /// Nobody asks for a motion that many others have followed; a day's worth of them would fill the snapshots.
+    fn forget_old_motions(&mut self) {
+        let statuses = &mut self.live.statuses;
+        let n_spent = statuses.len().saturating_sub(N_STATUSES_KEPT);
+        let over = statuses.iter().filter(|(_, status)| status.is_over());
+        let spent: Vec<MotionId> = over.map(|(id, _)| *id).take(n_spent).collect();
+        for id in spent {
+            statuses.remove(&id);
+        }
     }
 
     /// Preempts everything and holds.
