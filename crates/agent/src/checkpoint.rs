@@ -1,8 +1,9 @@
 //! What another executive needs, besides the map and the robot's own state, to go on where this one is.
 //!
-//! A checkpoint is taken between motions: after each stop of an exploration and each executed step of a plan. What the
-//! senses have gathered is not part of it: it is in the map (grid, objects, cloud), from which they begin again.
+//! A checkpoint is taken between motions: after each stop of an exploration and each executed step of a plan. Of what the
+//! senses have gathered it has the surfaces seen; the rest is in the map (grid and objects), from which they begin again.
 
+use factotum_geometry::cloud::PointCloud;
 use factotum_geometry::{Pose, Pose2};
 use nalgebra::Point2;
 
@@ -15,6 +16,8 @@ pub struct Checkpoint {
     pub map_from_odom: Pose2,
     /// How the gripper holds the object that the map says is held.
     pub tcp_from_held: Option<Pose>,
+    /// Surfaces seen by the camera, in the map.
+    pub seen: PointCloud,
     /// Places in the map from which the robot has looked around.
     pub viewed: Vec<Point2<f64>>,
     /// How far the random stream has been used, in words.
@@ -46,11 +49,11 @@ impl Executive<'_> {
     /// # Errors
     /// [`AgentError`] if the robot does not answer, and [`AgentError::Stopped`] when the observer wished to stop.
     pub fn checkpoint(&mut self) -> Result<(), AgentError> {
-        self.aosm.cloud = self.senses.seen();
         let secs = self.robot.state()?.time_secs - self.chore_began_secs;
         let checkpoint = Checkpoint {
             map_from_odom: self.senses.map_from_odom(),
             tcp_from_held: self.tcp_from_held,
+            seen: self.senses.seen(),
             viewed: self.viewed.clone(),
             rng_word_pos: self.rng.get_word_pos(),
             stage: self.stage,
@@ -70,6 +73,7 @@ impl Executive<'_> {
     /// the next [`Executive::do_chore`] goes on with it.
     pub fn restore(&mut self, checkpoint: &Checkpoint) {
         self.tcp_from_held = checkpoint.tcp_from_held;
+        self.senses.remember(&checkpoint.seen);
         self.viewed.clone_from(&checkpoint.viewed);
         self.rng.set_word_pos(checkpoint.rng_word_pos);
         self.stage = checkpoint.stage;

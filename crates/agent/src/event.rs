@@ -33,7 +33,7 @@ pub enum Event<'a> {
     },
     /// The robot is at rest: with this, the map and its own state, another executive can go on from here.
     Checkpoint {
-        /// The map as it is now, what the camera has seen included.
+        /// The map as it is now.
         aosm: &'a Aosm,
         /// The rest.
         checkpoint: &'a Checkpoint,

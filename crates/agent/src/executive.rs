@@ -93,7 +93,10 @@ impl<'a> Executive<'a> {
 
     /// Ends the executive and hands back what it believes.
     pub fn into_aosm(self) -> Aosm {
-        self.aosm
+        Aosm {
+            cloud: self.senses.seen(),
+            ..self.aosm
+        }
     }
 
     /// The topological graph as last grounded.

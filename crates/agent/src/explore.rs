@@ -64,6 +64,7 @@ impl Executive<'_> {
             }
             self.look_around_here()?;
         }
+        self.aosm.cloud = self.senses.seen();
         let n_objects = self.aosm.objects.len();
         self.log(
             LogLevel::Info,

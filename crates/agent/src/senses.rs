@@ -134,6 +134,11 @@ impl Senses {
         self.cloud.near(place, radius_m)
     }
 
+    /// Takes the surfaces of an earlier time for all that has been seen.
+    pub(crate) fn remember(&mut self, seen: &PointCloud) {
+        self.cloud = HomeCloud::from_cloud(VOXEL_M, CLOUD_RANGE_M, seen);
+    }
+
     /// Takes a scan: where the robot is, and what the floor plan looks like.
     pub(crate) fn feel(&mut self, robot: &mut dyn Robot) -> Result<(), AgentError> {
         let scan = robot.scan()?;

@@ -1,14 +1,17 @@
-//! A snapshot of a run as bytes: what the robot's mind and its watchers need, as JSON, then the world, exactly.
+//! A snapshot of a run as bytes: what the robot's mind and its watchers need, as JSON, then the surfaces seen, to a
+//! tenth of a millimetre or so, then the world, exactly.
 //!
-//! The map is not in it: the journal of the home has it, and the snapshot names the entry.
+//! The map is not in it: the journal of the home has it, and the snapshot names the entry. Lengths are written before
+//! the parts, as little-endian `u64`.
 
 use factotum_agent::{Checkpoint, ExecutedStep, RunReport, Stage};
 use factotum_experiments::report::Timing;
+use factotum_geometry::cloud::PointCloud;
 use factotum_geometry::frames::quat_from_xyzw;
 use factotum_geometry::{Pose, Pose2};
 use factotum_protocol as wire;
 use factotum_task_planning::operator::GroundAction;
-use nalgebra::{Point2, Translation3, Vector2};
+use nalgebra::{Point2, Point3, Translation3, Vector2};
 use serde::{Deserialize, Serialize};
 
 use crate::audience::Told;
@@ -48,28 +51,45 @@ impl Snapshot {
     /// [`serde_json::Error`] for numbers that JSON cannot write.
     pub(crate) fn to_bytes(&self) -> serde_json::Result<Vec<u8>> {
         let mind = serde_json::to_vec(&Mind::of(self))?;
+        let seen = self.checkpoint.seen.points();
         let mut bytes = (mind.len() as u64).to_le_bytes().to_vec();
         bytes.extend(mind);
+        bytes.extend((seen.len() as u64).to_le_bytes());
+        let coordinates = seen.iter().flat_map(|point| [point.x, point.y, point.z]);
+        bytes.extend(coordinates.flat_map(|coordinate| (coordinate as f32).to_le_bytes()));
         bytes.extend(&self.world);
         Ok(bytes)
     }
 
     /// Reads what [`Snapshot::to_bytes`] wrote, or says what is wrong with it.
     pub(crate) fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
-        let (len, rest) = bytes
-            .split_first_chunk()
-            .ok_or_else(|| format!("{} bytes, expected at least 8", bytes.len()))?;
-        let len = u64::from_le_bytes(*len);
-        let (mind, world) = usize::try_from(len)
-            .ok()
-            .and_then(|len| rest.split_at_checked(len))
-            .ok_or_else(|| format!("{} bytes of JSON, expected {len}", rest.len()))?;
+        let (mind, rest) = part(bytes, 1, "of JSON")?;
+        let (seen, world) = part(rest, 3 * size_of::<f32>(), "of surfaces seen")?;
         let mind: Mind = serde_json::from_slice(mind).map_err(|error| error.to_string())?;
         if mind.format != FORMAT {
             return Err(format!("format {}, expected {FORMAT}", mind.format));
         }
-        mind.into_snapshot(world.to_vec())
+        let (coordinates, _) = seen.as_chunks();
+        let coordinates: Vec<f64> = coordinates
+            .iter()
+            .map(|bytes| f64::from(f32::from_le_bytes(*bytes)))
+            .collect();
+        let (points, _) = coordinates.as_chunks::<3>();
+        let seen = PointCloud::new(points.iter().copied().map(Point3::from).collect());
+        mind.into_snapshot(seen, world.to_vec())
     }
+}
+
+/// A part of `bytes`, so many times `size` as is written before it, and what follows it.
+fn part<'b>(bytes: &'b [u8], size: usize, what: &str) -> Result<(&'b [u8], &'b [u8]), String> {
+    let (n, rest) = bytes
+        .split_first_chunk()
+        .ok_or_else(|| format!("{} bytes, expected at least 8", bytes.len()))?;
+    let n = u64::from_le_bytes(*n);
+    usize::try_from(n)
+        .ok()
+        .and_then(|n| rest.split_at_checked(n.checked_mul(size)?))
+        .ok_or_else(|| format!("{} bytes {what}, expected {n} times {size}", rest.len()))
 }
 
 #[derive(Serialize, Deserialize)]
@@ -166,7 +186,7 @@ impl Mind {
         }
     }
 
-    fn into_snapshot(self, world: Vec<u8>) -> Result<Snapshot, String> {
+    fn into_snapshot(self, seen: PointCloud, world: Vec<u8>) -> Result<Snapshot, String> {
         let [high, low] = self.rng_word_pos;
         let timing = |(name, secs)| Timing { name, secs };
         Ok(Snapshot {
@@ -184,6 +204,7 @@ impl Mind {
             checkpoint: Checkpoint {
                 map_from_odom: pose2(self.map_from_odom),
                 tcp_from_held: self.tcp_from_held.map(pose).transpose()?,
+                seen,
                 viewed: self.viewed.into_iter().map(Point2::from).collect(),
                 rng_word_pos: (u128::from(high) << 64) | u128::from(low),
                 stage: match self.stage {
@@ -302,6 +323,7 @@ mod tests {
             checkpoint: Checkpoint {
                 map_from_odom: Pose2::new(Vector2::new(0.1, -0.2), 0.05),
                 tcp_from_held: Some(Pose::translation(0.0, 0.01, -0.09)),
+                seen: PointCloud::new(vec![Point3::new(0.5, 0.25, 1.0)]),
                 viewed: vec![Point2::new(1.0, 2.0)],
                 rng_word_pos: (7_u128 << 64) | 9,
                 stage: Stage::Acting { n_steps_done: 1 },
@@ -328,7 +350,13 @@ mod tests {
     fn a_snapshot_comes_back_from_its_bytes() {
         let bytes = snapshot().to_bytes().unwrap();
         let again = Snapshot::from_bytes(&bytes).unwrap();
-        assert_eq!(again.checkpoint, snapshot().checkpoint);
+        assert_eq!(again.checkpoint.seen, snapshot().checkpoint.seen);
+        assert_eq!(again.checkpoint.report, snapshot().checkpoint.report);
+        assert_eq!(again.checkpoint.stage, snapshot().checkpoint.stage);
+        assert_eq!(
+            again.checkpoint.rng_word_pos,
+            snapshot().checkpoint.rng_word_pos
+        );
         assert_eq!(again.progress.reports, snapshot().progress.reports);
         assert_eq!(again.world, b"the world");
         assert_eq!(again.to_bytes().unwrap(), bytes);
@@ -340,8 +368,17 @@ mod tests {
         let reason = |bytes: &[u8]| Snapshot::from_bytes(bytes).unwrap_err();
         assert_eq!(reason(&bytes[..5]), "5 bytes, expected at least 8");
         assert!(reason(&bytes[..100]).starts_with("92 bytes of JSON, expected "));
-        let text = String::from_utf8_lossy(&bytes[8..]).replace("\"format\":1", "\"format\":2");
-        let newer = [&bytes[..8], text.as_bytes()].concat();
+        let cut = bytes.len() - snapshot().world.len() - 1;
+        assert_eq!(
+            reason(&bytes[..cut]),
+            "11 bytes of surfaces seen, expected 1 times 12"
+        );
+        let mut newer = bytes.clone();
+        let place = bytes
+            .windows(10)
+            .position(|text| text.starts_with(b"\"format\":"))
+            .unwrap();
+        newer[place + 9] = b'2';
         assert_eq!(reason(&newer), "format 2, expected 1");
     }
 }
