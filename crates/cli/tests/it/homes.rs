@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::{assert_refused, factotum_in};
 
 /// A map of 6 x 4 cells with every kind of cell, and a comment as some programs write it.
-fn write_map(dir: &Path) {
+pub(crate) fn write_map(dir: &Path) {
     let mut image = b"P5\n# made by hand\n6 4\n255\n".to_vec();
     image.extend((0..24_u8).map(|index| [0, 254, 205][usize::from(index % 3)]));
     std::fs::write(dir.join("house.pgm"), image).unwrap();

@@ -9,6 +9,7 @@ mod honesty;
 mod known_home;
 mod planning;
 mod remote;
+mod resume;
 mod runs;
 mod small_home;
 
