@@ -121,10 +121,10 @@ impl Audience {
     }
 
     /// Tells of something that neither robot nor home said.
-    pub(crate) fn note(&self, text: &str) {
+    pub(crate) fn note(&self, text: String) {
         self.tell(ServerMessage::Event(wire::Event {
             level: wire::EventLevel::Info,
-            text: text.to_owned(),
+            text,
             time_secs: self.time_secs(),
         }));
     }

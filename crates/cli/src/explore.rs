@@ -12,7 +12,7 @@ use serde_json::json;
 
 use crate::console::{Answer, Console, now, usage};
 use crate::keeper::Keeper;
-use crate::session::{Session, Start, WorldArgs};
+use crate::session::{Session, Start, WorldArgs, empty_map};
 
 /// Arguments of `factotum map explore`.
 #[derive(Debug, Args)]
@@ -35,11 +35,11 @@ pub(crate) fn explore(args: &ExploreArgs, console: &Console) -> anyhow::Result<A
     }
     console.progress("loading models");
     let models = args.world.load()?;
+    let name = models.0.name().to_owned();
+    let aosm = empty_map(&models.0)?;
     let mut session = Session::begin(&args.world, models, None, None, None, started, console)?;
     session.audience.set_goal("know the home");
     session.audience.set_activity(wire::Activity::Exploring);
-    let aosm = session.empty_map()?;
-    let name = session.sim.borrow().scene().name().to_owned();
     let home = Home::create(&args.out, &name, &aosm, started.unix_secs() as f64)?;
     let keeper = RefCell::new(Keeper::new(Some(home), None, None, Instant::now()));
     let planner = Ferroplan::default();

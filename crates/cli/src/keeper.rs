@@ -94,23 +94,31 @@ impl Keeper {
         let kept = self
             .journal(aosm, &executed)
             .map_err(anyhow::Error::from)
-            .and_then(|home_entry| match &self.snapshots {
-                None => Ok(()),
-                Some(snapshots) => {
-                    let snapshot = Snapshot {
-                        progress: Progress {
-                            wall_secs: self.wall_secs(),
-                            ..self.progress.clone()
-                        },
-                        home_entry,
-                        world_from_map,
-                        checkpoint: checkpoint.clone(),
-                        told: audience.told(),
-                        world: world.snapshot().to_bytes()?,
-                    };
-                    snapshots.save(&snapshot.to_bytes()?)?;
-                    Ok(())
-                }
+            .and_then(|home_entry| {
+                let Some(snapshots) = &self.snapshots else {
+                    return Ok(());
+                };
+                let world = match world.snapshot().to_bytes() {
+                    Ok(world) => world,
+                    Err(error) => {
+                        // A motion is still under way. There will be another checkpoint.
+                        tracing::warn!(%error, "no snapshot");
+                        return Ok(());
+                    }
+                };
+                let snapshot = Snapshot {
+                    progress: Progress {
+                        wall_secs: self.wall_secs(),
+                        ..self.progress.clone()
+                    },
+                    home_entry,
+                    world_from_map,
+                    checkpoint: checkpoint.clone(),
+                    told: audience.told(),
+                    world,
+                };
+                snapshots.save(&snapshot.to_bytes()?)?;
+                Ok(())
             });
         if let Err(error) = kept {
             audience.add_trouble(error);

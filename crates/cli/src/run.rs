@@ -19,7 +19,7 @@ use crate::keeper::Keeper;
 use crate::plan::{PlannerName, planner};
 use crate::result::{ChoreResult, Known, RunResult, peak_rss_mb};
 use crate::resume::{self, Earlier, Resumed};
-use crate::session::{Ended, MAP_RESOLUTION_M, Session, Start, WorldArgs};
+use crate::session::{Ended, MAP_RESOLUTION_M, Session, Start, WorldArgs, empty_map};
 use crate::snapshot::Snapshot;
 
 /// Where run folders go if no other place is given.
@@ -116,6 +116,11 @@ fn work(
         None if args.no_folder => (None, None),
         None => (Some(make_folder(args, models.0.name(), started)?), None),
     };
+    // The home is locked before anything is written: another process may be at work on the same run.
+    let (home, aosm) = take_home(stored, folder.as_ref(), before.as_ref(), &models.0, started)?;
+    if let Some(folder) = folder.as_mut().filter(|_| args.resume.is_some()) {
+        folder.resume()?;
+    }
     let mut session = Session::begin(
         &args.world,
         models,
@@ -125,10 +130,6 @@ fn work(
         started,
         console,
     )?;
-    if let Some(folder) = folder.as_mut().filter(|_| args.resume.is_some()) {
-        folder.resume()?;
-    }
-    let (home, aosm) = take_home(stored, folder.as_ref(), before.as_ref(), &session, started)?;
     let start = match &before {
         Some(before) => Start::From(&before.checkpoint),
         None if args.home.is_some() => Start::Somewhere,
@@ -139,10 +140,9 @@ fn work(
     let faults = session.sim.borrow().fault_switch();
     let audience = session.audience.clone();
     if before.is_some() {
-        audience.note(&format!(
-            "resumed from the snapshot at {:.1} s",
-            audience.time_secs()
-        ));
+        let text = format!("resumed from the snapshot at {:.1} s", audience.time_secs());
+        console.say(&text);
+        audience.note(text);
     }
     let is_known = args.home.is_some();
     let ended = session.execute(aosm, &start, planner.as_ref(), &keeper, |executive| {
@@ -210,18 +210,18 @@ fn take_home(
     stored: Option<Home>,
     folder: Option<&RunFolder>,
     before: Option<&Snapshot>,
-    session: &Session<'_>,
+    scene: &HomeScene,
     started: UtcTime,
 ) -> anyhow::Result<(Option<Home>, Aosm)> {
     let when_secs = started.unix_secs() as f64;
     let is_known = stored.is_some();
-    let empty = session.empty_map()?;
+    let empty = empty_map(scene)?;
     let home = match (stored, folder) {
         (Some(home), _) => Some(home),
         (None, Some(folder)) => {
-            let name = session.sim.borrow().scene().name().to_owned();
             let dir = folder.file(HOME_NAME);
-            Some(resume::open_or_create_home(&dir, &name, &empty, when_secs).map_err(usage)?)
+            let home = resume::open_or_create_home(&dir, scene.name(), &empty, when_secs);
+            Some(home.map_err(usage)?)
         }
         (None, None) => None,
     };

@@ -106,6 +106,12 @@ pub(crate) struct Ended {
     pub(crate) failed: Option<AgentError>,
 }
 
+/// A map of a home of which nothing is known yet but what classes of objects there are.
+pub(crate) fn empty_map(scene: &HomeScene) -> anyhow::Result<Aosm> {
+    let nothing = OccupancyGrid::filled(1, 1, MAP_RESOLUTION_M, Pose2::identity(), Cell::UNKNOWN)?;
+    Ok(Aosm::new(scene.classes().values().cloned(), nothing))
+}
+
 impl<'a> Session<'a> {
     /// Makes the world, or makes it anew as it was in the snapshot `before`, and opens the page, unless headless. What
     /// happens goes into `run_folder`, if there is one.
@@ -161,16 +167,6 @@ impl<'a> Session<'a> {
             console,
             seed: args.seed,
         })
-    }
-
-    /// A map of which nothing is known yet but what classes of objects there are.
-    pub(crate) fn empty_map(&self) -> anyhow::Result<Aosm> {
-        let nothing =
-            OccupancyGrid::filled(1, 1, MAP_RESOLUTION_M, Pose2::identity(), Cell::UNKNOWN)?;
-        Ok(Aosm::new(
-            self.sim.borrow().scene().classes().values().cloned(),
-            nothing,
-        ))
     }
 
     /// Lets an executive with the belief `aosm` do something, and answers what is left of it.
