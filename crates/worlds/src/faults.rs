@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | [`Fault::MovedObject`] | the robot sets off to a place within reach of a movable object | a person moves the object on its table: its free body is set down elsewhere, at rest, while nobody holds it |
 //! | [`Fault::BlockedPath`] | the robot sets off on a path of some length | a person puts a packing case down on the path, where there is room to pass beside it |
-//! | [`Fault::GraspSlip`] | the robot has carried an object for a while | the gripper's drive gives way for a moment: its target opens |
+//! | [`Fault::GraspSlip`] | the robot has carried an object for a while | the gripper's drive gives way until the object is out of it: its target opens |
 //!
 //! Each happens at most once, and only after the fault was armed ([`FaultSwitch::arm`]): whoever runs the robot arms it
 //! when the map is made, since "moved after mapping" means nothing before. These events are the only ones that set a
@@ -104,10 +104,10 @@ const MOVED_M: std::ops::RangeInclusive<f64> = 0.12..=0.30;
 const N_ATTEMPTS: usize = 100;
 
 /// How long an object is carried before it slips, seconds.
-const CARRIED_SECS: f64 = 1.5;
+const CARRIED_SECS: f64 = 6.0;
 
-/// How long the gripper gives way, seconds: enough to open wide and to let the object fall out.
-const SLIP_SECS: f64 = 1.5;
+/// How long the gripper gives way after it last touched an object, seconds: the object is to fall out of it.
+const SLIP_SECS: f64 = 0.6;
 
 /// The fault of a world, if it has one, and how far it has come.
 #[derive(Debug, Clone, PartialEq)]
@@ -151,16 +151,20 @@ impl FaultState {
     }
 
     /// The gripper's target for this step, given the one its controller wants; `carrying` says whether it holds an
-    /// object that touches nothing else.
+    /// object that touches nothing else, `touching` whether the robot touches an object at all.
     pub(crate) fn on_grip(
         &mut self,
         now_secs: f64,
         carrying: bool,
+        touching: bool,
         target: f64,
         dt_secs: f64,
     ) -> f64 {
-        if let Some(until_secs) = self.slips_until_secs {
-            if now_secs < until_secs {
+        if let Some(until_secs) = &mut self.slips_until_secs {
+            if touching {
+                *until_secs = now_secs + SLIP_SECS;
+            }
+            if now_secs < *until_secs {
                 return 1.0;
             }
             self.slips_until_secs = None;

@@ -78,6 +78,8 @@ pub(crate) struct Live {
     pad_forces_n: Vec<f64>,
     /// Whether the gripper held an object that touched nothing else in the last step.
     carrying: bool,
+    /// Whether any part of the robot touched a movable object in the last step.
+    touching: bool,
     observed_secs: f64,
 }
 
@@ -148,6 +150,7 @@ impl SimRobot {
             remainder_secs: 0.0,
             pad_forces_n: vec![0.0; robot.gripper.as_ref().map_or(0, |g| g.pads.len())],
             carrying: false,
+            touching: false,
             observed_secs: 0.0,
         };
         let mut sim = Self {
@@ -418,10 +421,10 @@ impl SimRobot {
         };
         let (target, ended) = grip.step(now_secs, opening, &self.live.pad_forces_n, STEP_SECS);
         let target = if self.fault_switch.is_armed() {
-            let carrying = self.live.carrying;
+            let (carrying, touching) = (self.live.carrying, self.live.touching);
             self.live
                 .fault
-                .on_grip(now_secs, carrying, target, STEP_SECS)
+                .on_grip(now_secs, carrying, touching, target, STEP_SECS)
         } else {
             target
         };
@@ -445,6 +448,10 @@ impl SimRobot {
         }
         if self.live.fault.fault == Some(Fault::GraspSlip) {
             self.live.carrying = self.is_carrying();
+            let mut movable = self.assembly.objects.iter().filter(|object| object.movable);
+            let robot = &self.assembly.robot.geoms;
+            self.live.touching =
+                movable.any(|object| self.state.are_touching(robot, &object.geoms));
         }
         if self.assembly.robot.base.is_some() {
             let world_from_base = self.assembly.world_from_base(&self.state);

@@ -147,6 +147,7 @@ pub(crate) fn visit(
     codec.f64(&mut live.remainder_secs)?;
     codec.f64s(&mut live.pad_forces_n)?;
     codec.bool(&mut live.carrying)?;
+    codec.bool(&mut live.touching)?;
     codec.f64(&mut live.observed_secs)
 }
 

@@ -88,7 +88,7 @@ fn grasp_slip_drops_the_bottle_once() {
     let mut robot = at_the_bottle(Some(Fault::GraspSlip));
     robot.fault_switch().arm();
     grasp_and_raise(&mut robot);
-    robot.wait(3.0).unwrap();
+    robot.wait(8.0).unwrap();
     assert!(
         robot
             .fault_happened()
