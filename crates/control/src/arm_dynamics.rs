@@ -6,7 +6,7 @@
 
 use factotum_descriptions::RobotDescription;
 use factotum_geometry::Pose;
-use factotum_physics::{JointId, Model, PhysicsError, SceneBuilder, SiteId, State};
+use factotum_physics::{AttachPoint, JointId, Model, PhysicsError, SceneBuilder, SiteId, State};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6xX};
 
 use crate::composition::attach_robot;
@@ -41,8 +41,8 @@ impl ArmDynamics {
 
     fn build(robot: &RobotDescription) -> Result<Self, PhysicsError> {
         let mut scene = SceneBuilder::new();
-        scene.name(&robot.name);
-        attach_robot(&mut scene, robot, &Pose::identity())?;
+        scene.name(&robot.name).visuals(false);
+        attach_robot(&mut scene, robot, &AttachPoint::World(Pose::identity()))?;
         let model = scene.compile()?;
         let joints = robot
             .arm

@@ -19,7 +19,7 @@ pub struct RobotDescription {
     pub source: String,
     /// Folder of `robot.toml`; relative model paths start here.
     pub dir: PathBuf,
-    /// Models, the first on the floor, each later one attached to a site of an earlier one.
+    /// Models, the first on the floor, each later one attached to a site or body of an earlier one.
     pub parts: Vec<RobotPart>,
     /// The mobile base, or `None` for an arm bolted to the floor.
     pub base: Option<Base>,
@@ -44,12 +44,12 @@ pub struct RobotPart {
     /// Put before every name in this part, e.g. `arm/`.
     #[serde(default)]
     pub prefix: String,
-    /// Site of an earlier part, with its prefix, that carries this part. The first part has none.
+    /// Site, or else body, of an earlier part, with its prefix, that carries this part. The first part has none.
     pub attach_to: Option<String>,
-    /// Offset from that site, metres.
+    /// Offset from that frame, metres.
     #[serde(default)]
     pub offset_xyz: [f64; 3],
-    /// Offset from that site, fixed-axis roll, pitch, yaw, radians.
+    /// Offset from that frame, fixed-axis roll, pitch, yaw, radians.
     #[serde(default)]
     pub offset_rpy: [f64; 3],
     /// Folders that `package://NAME/...` of a URDF may mean, relative to `robot.toml`.
@@ -58,8 +58,8 @@ pub struct RobotPart {
 }
 
 impl RobotPart {
-    /// Pose of the part's root in the frame of the site that carries it.
-    pub fn site_from_part(&self) -> Isometry3<f64> {
+    /// Pose of the part's root in the frame that carries it.
+    pub fn carrier_from_part(&self) -> Isometry3<f64> {
         Placement {
             xyz: self.offset_xyz,
             rpy: self.offset_rpy,
@@ -317,7 +317,7 @@ fn check(file: &Path, raw: &RawRobot) -> Result<(), DescriptionError> {
                 return value(
                     &format!("parts.{}.attach_to", part.name),
                     "absent".into(),
-                    "a site of an earlier part",
+                    "a site or body of an earlier part",
                 );
             }
         }
@@ -470,7 +470,7 @@ ready = [0.0, 1.0]
             "[[parts]]\nname = \"hand\"\nmodel = \"hand.xml\"\n[arm]",
         );
         insta::assert_snapshot!(load(&text).unwrap_err(),
-            @"`robot.toml`: `parts.hand.attach_to` is absent, expected a site of an earlier part");
+            @"`robot.toml`: `parts.hand.attach_to` is absent, expected a site or body of an earlier part");
     }
 
     #[test]

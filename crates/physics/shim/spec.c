@@ -65,28 +65,30 @@ static int shift_world(mjSpec* spec, const double* pos, const double* quat) {
   return FCT_OK;
 }
 
-// Attaches all of `child` to site `site` of `parent` (NULL: to its world), moved by a pose.
-static int attach(mjSpec* parent, const char* site, mjSpec* child, const double* pos,
+// The site of that name, else a new frame at the body of that name (NULL: the world).
+static mjsElement* carrier(mjSpec* spec, const char* name) {
+  mjsElement* site = name ? mjs_findElement(spec, mjOBJ_SITE, name) : NULL;
+  if (site) return site;
+  mjsBody* body = mjs_findBody(spec, name ? name : "world");
+  mjsFrame* frame = body ? mjs_addFrame(body, NULL) : NULL;
+  return frame ? frame->element : NULL;
+}
+
+// Attaches all of `child` to a site or body of `parent` (NULL: to its world), moved by a pose.
+static int attach(mjSpec* parent, const char* to, mjSpec* child, const double* pos,
                   const double* quat, const char* prefix) {
   int rc = shift_world(child, pos, quat);
   if (rc) return rc;
-  mjsElement* at = NULL;
-  if (site) {
-    at = mjs_findElement(parent, mjOBJ_SITE, site);
-    if (!at) return refuse("no such site");
-  } else {
-    mjsFrame* frame = mjs_addFrame(mjs_findBody(parent, "world"), NULL);
-    if (!frame) return refuse(mjs_getError(parent));
-    at = frame->element;
-  }
+  mjsElement* at = carrier(parent, to);
+  if (!at) return refuse("no such site or body");
   mjs_setDeepCopy(parent, 1);
   return mjs_attach(at, child->element, prefix, "") ? FCT_OK : refuse(mjs_getError(parent));
 }
 
-int fct_spec_attach(mjSpec* parent, const char* site, mjSpec* child, const double* pos,
+int fct_spec_attach(mjSpec* parent, const char* to, mjSpec* child, const double* pos,
                     const double* quat, const char* prefix) {
   int rc = 0;
-  FCT_GUARDED(rc = attach(parent, site, child, pos, quat, prefix));
+  FCT_GUARDED(rc = attach(parent, to, child, pos, quat, prefix));
   return rc;
 }
 

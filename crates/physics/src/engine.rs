@@ -171,7 +171,7 @@ unsafe extern "C" {
     pub(crate) fn fct_spec_save(spec: *const mjSpec, text: *mut c_char, capacity: c_int) -> c_int;
     pub(crate) fn fct_spec_attach(
         parent: *mut mjSpec,
-        site: *const c_char,
+        to: *const c_char,
         child: *mut mjSpec,
         pos: *const f64,
         quat: *const f64,

@@ -8,6 +8,8 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use mujoco_rs::mujoco_c::mjtObj;
+
 use crate::Pose;
 use crate::axes::wxyz_from_quat;
 use crate::error::PhysicsError;
@@ -29,13 +31,42 @@ pub struct Part {
 pub enum AttachPoint {
     /// At a pose in the world.
     World(Pose),
-    /// At a site of a part attached before, and a pose in the frame of that site.
-    Site {
-        /// Name of the site, with its prefix.
+    /// At a pose in the frame of a site, or else of a body, of a part attached before.
+    Frame {
+        /// Name of the site or body, with its prefix.
         name: String,
-        /// Pose of the part's root in the site.
+        /// Pose of the part's root in that frame.
         offset: Pose,
     },
+}
+
+/// What a part has, by its own names (before the prefix).
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct PartNames {
+    /// Bodies.
+    pub bodies: Vec<String>,
+    /// Joints.
+    pub joints: Vec<String>,
+    /// Sites.
+    pub sites: Vec<String>,
+    /// Actuators.
+    pub actuators: Vec<String>,
+}
+
+impl PartNames {
+    /// Reads a model file without compiling it.
+    ///
+    /// # Errors
+    /// As [`SceneBuilder::attach`].
+    pub fn read(file: &Path, urdf: &UrdfOptions) -> Result<Self, PhysicsError> {
+        let spec = read_spec(file, urdf)?;
+        Ok(Self {
+            bodies: spec.names(mjtObj::mjOBJ_BODY),
+            joints: spec.names(mjtObj::mjOBJ_JOINT),
+            sites: spec.names(mjtObj::mjOBJ_SITE),
+            actuators: spec.names(mjtObj::mjOBJ_ACTUATOR),
+        })
+    }
 }
 
 /// What else to do to a part.
@@ -155,6 +186,8 @@ pub struct SceneOptions {
     pub gravity: [f64; 3],
     /// Memory of a state for contacts and scratch, as `"64M"`; `None` leaves it to MuJoCo.
     pub memory: Option<String>,
+    /// Whether geoms that only draw, and their meshes, are compiled. Masses are the same without.
+    pub visuals: bool,
 }
 
 impl Default for SceneOptions {
@@ -166,6 +199,7 @@ impl Default for SceneOptions {
             impratio: 10.0,
             gravity: [0.0, 0.0, -9.81],
             memory: None,
+            visuals: true,
         }
     }
 }
@@ -393,6 +427,12 @@ impl SceneBuilder {
         })
     }
 
+    /// Sets whether geoms that only draw are compiled.
+    pub fn visuals(&mut self, visuals: bool) -> &mut Self {
+        self.options.visuals = visuals;
+        self
+    }
+
     /// Takes contacts between two bodies (names with prefix) out of collision detection.
     pub fn exclude_contacts(&mut self, body_a: &str, body_b: &str) -> &mut Self {
         self.excludes.push((body_a.to_owned(), body_b.to_owned()));
@@ -420,7 +460,11 @@ impl SceneBuilder {
             Integrator::RungeKutta => "RK4",
         };
         writeln!(xml, "<mujoco model=\"{}\">", escaped(&self.name))?;
-        writeln!(xml, "  <compiler angle=\"radian\"/>")?;
+        writeln!(
+            xml,
+            "  <compiler angle=\"radian\" discardvisual=\"{}\"/>",
+            !o.visuals
+        )?;
         writeln!(
             xml,
             "  <option timestep=\"{}\" integrator=\"{integrator}\" cone=\"{cone}\" impratio=\"{}\" gravity=\"{gx} {gy} {gz}\"/>",
@@ -441,11 +485,11 @@ impl SceneBuilder {
         let mut scene = Spec::from_text(&self.name, &self.world_xml())?;
         for attachment in &self.attachments {
             let part = attachment.read()?;
-            let (site, offset) = match &attachment.at {
+            let (frame, offset) = match &attachment.at {
                 AttachPoint::World(pose) => (None, pose),
-                AttachPoint::Site { name, offset } => (Some(name.as_str()), offset),
+                AttachPoint::Frame { name, offset } => (Some(name.as_str()), offset),
             };
-            scene.attach(site, part, offset, &attachment.prefix)?;
+            scene.attach(frame, part, offset, &attachment.prefix)?;
         }
         for (a, b) in &self.excludes {
             scene.add_exclude(a, b)?;
@@ -476,8 +520,7 @@ impl SceneBuilder {
 impl Attachment {
     fn read(&self) -> Result<Spec, PhysicsError> {
         let mut part = match &self.source {
-            Source::File(file) if is_urdf(file) => urdf_spec(file, &self.options.urdf)?,
-            Source::File(file) => Spec::from_file(file)?,
+            Source::File(file) => read_spec(file, &self.options.urdf)?,
             Source::Text { origin, xml } => Spec::from_text(origin, xml)?,
         };
         for site in &self.options.sites {
@@ -493,9 +536,15 @@ impl Attachment {
     }
 }
 
-fn is_urdf(file: &Path) -> bool {
-    file.extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"))
+fn read_spec(file: &Path, urdf: &UrdfOptions) -> Result<Spec, PhysicsError> {
+    let is_urdf = file
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"));
+    if is_urdf {
+        urdf_spec(file, urdf)
+    } else {
+        Spec::from_file(file)
+    }
 }
 
 impl Shape {

@@ -190,18 +190,21 @@ impl Spec {
             .collect()
     }
 
-    /// Attaches all of `child`, moved by `offset`, to a site (`None`: the world). `child` is spent.
+    /// Attaches all of `child`, moved by `offset`, to a site or else a body of that name (`None`: the world). `child`
+    /// is spent.
     pub(crate) fn attach(
         &mut self,
-        site: Option<&str>,
+        to: Option<&str>,
         child: Self,
         offset: &Pose,
         prefix: &str,
     ) -> Result<(), PhysicsError> {
-        if let Some(site) = site {
-            self.require(mjtObj::mjOBJ_SITE, "site", site)?;
+        if let Some(name) = to
+            && !self.has(mjtObj::mjOBJ_BODY, name)
+        {
+            self.require(mjtObj::mjOBJ_SITE, "site or body", name)?;
         }
-        let c_site = site.map(|site| c_string("site name", site)).transpose()?;
+        let c_to = to.map(|name| c_string("site name", name)).transpose()?;
         let c_prefix = c_string("prefix", prefix)?;
         let pos: [f64; 3] = offset.translation.vector.into();
         let quat = wxyz_from_quat(&offset.rotation);
@@ -209,9 +212,7 @@ impl Spec {
         let rc = unsafe {
             engine::fct_spec_attach(
                 self.raw.as_ptr(),
-                c_site
-                    .as_ref()
-                    .map_or(std::ptr::null(), |site| site.as_ptr()),
+                c_to.as_ref().map_or(std::ptr::null(), |name| name.as_ptr()),
                 child.raw.as_ptr(),
                 pos.as_ptr(),
                 quat.as_ptr(),
@@ -223,7 +224,7 @@ impl Spec {
         }
         Err(PhysicsError::Attach {
             part: child.origin.clone(),
-            target: site.map_or_else(|| "the world".to_owned(), |site| format!("site `{site}`")),
+            target: to.map_or_else(|| "the world".to_owned(), |name| format!("`{name}`")),
             message: engine::message(),
         })
     }

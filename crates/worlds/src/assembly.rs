@@ -111,7 +111,7 @@ impl Assembly {
             Some(_) => Pose::identity(),
             None => pose_from_planar(&placed.world_from_base, 0.0),
         };
-        attach_robot(&mut builder, robot, &world_from_root)?;
+        attach_robot(&mut builder, robot, &AttachPoint::World(world_from_root))?;
         let house = Part {
             file: scene.structure().to_owned(),
             prefix: "home/".to_owned(),

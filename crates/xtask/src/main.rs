@@ -32,7 +32,8 @@ Usage: cargo x <command> [arguments]
 
   run [ARGS]       build and start `factotum run ARGS`; first fetches what is missing
   test [FILTERS]   run every test: Rust, documentation, page and browser; ends with `N passed, N failed`
-  setup            fetch what cargo cannot: MuJoCo's library, the page's packages, a browser, Fast Downward
+  setup            fetch what cargo cannot: MuJoCo's library, the page's packages, a browser, Fast Downward,
+                   and other makers' robot models (260 MB)
   ci               everything CI runs: check, then test
   check            format, lints, tidy, codegen --check and licences
   tidy             the house rules: dependency direction, invariants of absence, files, documents

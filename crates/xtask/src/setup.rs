@@ -7,6 +7,7 @@
 mod browser;
 mod fast_downward;
 mod install_hint;
+mod models;
 mod mujoco;
 mod page;
 mod wheel;
@@ -26,6 +27,8 @@ pub(crate) struct Wanted {
     page: bool,
     browser: bool,
     fast_downward: bool,
+    /// Other makers' robot models.
+    models: bool,
     /// Whether to say as well what was already there.
     full_report: bool,
 }
@@ -35,6 +38,7 @@ impl Wanted {
         page: false,
         browser: false,
         fast_downward: false,
+        models: false,
         full_report: false,
     };
     pub(crate) const TO_RUN: Self = Self {
@@ -45,6 +49,7 @@ impl Wanted {
         page: true,
         browser: true,
         fast_downward: true,
+        models: true,
         full_report: false,
     };
     pub(crate) const EVERYTHING: Self = Self {
@@ -81,6 +86,9 @@ pub(crate) fn run(workspace: &Workspace, wanted: Wanted) -> Result<()> {
     }
     if wanted.fast_downward {
         tell("Fast Downward", &fast_downward::ensure(workspace));
+    }
+    if wanted.models {
+        tell("robot models", &models::ensure(workspace));
     }
     Ok(())
 }

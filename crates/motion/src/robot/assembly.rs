@@ -6,13 +6,13 @@ use factotum_physics::{AttachOptions, AttachPoint, NewSite, Part, SceneBuilder, 
 use crate::Pose;
 use crate::error::MotionError;
 
-/// A scene with nothing but the robot, its first part's root at the world's origin.
+/// A scene with nothing but the robot, without what only draws, its first part's root at the world's origin.
 ///
 /// # Errors
 /// [`MotionError`] if a part cannot be read or the tool frame names no part's body.
 pub fn scene_of_robot(description: &RobotDescription) -> Result<SceneBuilder, MotionError> {
     let mut scene = SceneBuilder::new();
-    scene.name(&description.name);
+    scene.name(&description.name).visuals(false);
     add_robot(&mut scene, description)?;
     Ok(scene)
 }
@@ -25,9 +25,9 @@ pub(crate) fn add_robot(
     let tcp = tcp_site_to_add(description)?;
     for (idx, part) in description.parts.iter().enumerate() {
         let at = match &part.attach_to {
-            Some(site) => AttachPoint::Site {
+            Some(site) => AttachPoint::Frame {
                 name: site.clone(),
-                offset: part.site_from_part(),
+                offset: part.carrier_from_part(),
             },
             None => AttachPoint::World(Pose::identity()),
         };

@@ -1,9 +1,9 @@
 //! Other people's models, unchanged, through a `robot.toml`.
 //!
-//! Set FACTOTUM_ROBOSUITE_DIR to the `robosuite` folder of the unpacked wheel `robosuite==1.5.2`, and
-//! FACTOTUM_PYBULLET_DATA_DIR to the `pybullet_data` folder of the wheel `pybullet==3.2.7`.
+//! `cargo x setup` fetches them into `.deps/`. FACTOTUM_ROBOSUITE_DIR and FACTOTUM_PYBULLET_DATA_DIR name the folders
+//! `robosuite` and `pybullet_data` of wheels that are elsewhere.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use factotum_descriptions::RobotDescription;
 use rand::SeedableRng as _;
@@ -15,12 +15,14 @@ use crate::{
 };
 
 #[expect(clippy::print_stdout, reason = "a skipped test says why")]
-fn folder(variable: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os(variable).map(PathBuf::from);
-    if folder.is_none() {
-        println!("skipped: {variable} is not set");
+fn folder(variable: &str, in_deps: &str) -> Option<PathBuf> {
+    let deps = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../.deps");
+    let folder = std::env::var_os(variable).map_or_else(|| deps.join(in_deps), PathBuf::from);
+    let found = folder.is_dir().then_some(folder);
+    if found.is_none() {
+        println!("skipped: `.deps/{in_deps}` is absent (cargo x setup) and {variable} is not set");
     }
-    folder
+    found
 }
 
 /// A robot of one model, seven joints and a tool frame in a body of it.
@@ -100,7 +102,7 @@ fn solve_and_plan(name: &str, description: &RobotDescription) {
 
 #[test]
 fn robosuite_arms_are_solved_and_planned_for() {
-    let Some(robosuite) = folder("FACTOTUM_ROBOSUITE_DIR") else {
+    let Some(robosuite) = folder("FACTOTUM_ROBOSUITE_DIR", "robosuite/robosuite") else {
         return;
     };
     for (name, prefix) in [
@@ -118,7 +120,7 @@ fn robosuite_arms_are_solved_and_planned_for() {
 
 #[test]
 fn the_pybullet_iiwa_is_solved_and_planned_for() {
-    let Some(pybullet) = folder("FACTOTUM_PYBULLET_DATA_DIR") else {
+    let Some(pybullet) = folder("FACTOTUM_PYBULLET_DATA_DIR", "pybullet/pybullet_data") else {
         return;
     };
     let model = pybullet.join("kuka_iiwa/model.urdf");

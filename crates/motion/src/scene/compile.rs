@@ -36,6 +36,7 @@ pub(super) fn compile(
     }
     // 1. Compose robot, obstacles and held object.
     let mut scene = SceneBuilder::new();
+    scene.visuals(false);
     add_robot(&mut scene, robot.description())?;
     let mut names = BTreeSet::new();
     for obstacle in obstacles {
@@ -138,7 +139,7 @@ fn add_held(
     held: &HeldObject,
     tcp_site: &str,
 ) -> Result<(), MotionError> {
-    let at = AttachPoint::Site {
+    let at = AttachPoint::Frame {
         name: tcp_site.to_owned(),
         offset: held.tcp_from_object,
     };

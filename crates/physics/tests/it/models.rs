@@ -1,5 +1,7 @@
 //! Models that several tests use.
 
+use std::path::{Path, PathBuf};
+
 /// A free ball, and an arm with a hinge, a slide, a ball joint and a hinge: nq = 14, nv = 12.
 pub(crate) const ARM_AND_BALL: &str = r#"<mujoco model="arm and ball">
   <compiler angle="radian"/>
@@ -32,3 +34,14 @@ pub(crate) const ARM_AND_BALL: &str = r#"<mujoco model="arm and ball">
     <motor name="lift" joint="lift" ctrlrange="-100 100"/>
   </actuator>
 </mujoco>"#;
+
+/// A folder of a Python wheel with other makers' models: where the variable says, else where `cargo x setup` puts it.
+pub(crate) fn of_wheel(variable: &str, in_deps: &str) -> Option<PathBuf> {
+    let deps = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../.deps");
+    let folder = std::env::var_os(variable).map_or_else(|| deps.join(in_deps), PathBuf::from);
+    let found = folder.is_dir().then_some(folder);
+    if found.is_none() {
+        println!("skipped: `.deps/{in_deps}` is absent (cargo x setup) and {variable} is not set");
+    }
+    found
+}

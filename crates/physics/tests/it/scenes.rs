@@ -1,6 +1,6 @@
 //! Composition of parts, ours and other people's.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use approx::assert_relative_eq;
 use factotum_physics::{
@@ -8,6 +8,8 @@ use factotum_physics::{
     Pose, Primitive, SceneBuilder, Servo, Shape, State,
 };
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
+
+use crate::models::of_wheel;
 
 const TURRET: &str = r#"<mujoco model="turret">
   <compiler angle="degree"/>
@@ -54,7 +56,7 @@ fn turret() -> Result<SceneBuilder, PhysicsError> {
 /// The turret, and the tool `b/` above a site.
 fn turret_with_tool(site: &str) -> Result<SceneBuilder, PhysicsError> {
     let mut scene = turret()?;
-    let at = AttachPoint::Site {
+    let at = AttachPoint::Frame {
         name: site.to_owned(),
         offset: pose(0.0, 0.0, 0.1, 0.0),
     };
@@ -293,12 +295,54 @@ fn the_composed_text_compiles_to_the_same_model() -> Result<(), PhysicsError> {
     Ok(())
 }
 
-/// The robosuite wheel's own arms, unchanged, on a base of ours. Set FACTOTUM_ROBOSUITE_DIR to the
-/// unpacked wheel's `robosuite` folder to run it.
+#[test]
+fn a_part_may_hang_on_a_body() -> Result<(), PhysicsError> {
+    let plain = AttachOptions::default();
+    let on = |frame: &str| -> Result<SceneBuilder, PhysicsError> {
+        let mut scene = SceneBuilder::new();
+        scene.attach_text("turret", TURRET, "a/", &world(0.0, 0.0, 0.0, 0.0), &plain)?;
+        let at = AttachPoint::Frame {
+            name: frame.into(),
+            offset: pose(0.1, 0.0, 0.2, 0.0),
+        };
+        scene.attach_text("tool", TOOL, "b/", &at, &plain)?;
+        Ok(scene)
+    };
+    // The mast stands 1 m high, turned by 90 degrees.
+    let model = on("a/mast")?.compile()?;
+    let mut state = State::new(&model)?;
+    state.forward_kinematics()?;
+    let tool = state.world_from_body(model.body("b/mast")?).translation.vector;
+    assert_relative_eq!(tool, Vector3::new(0.0, 0.1, 1.2), epsilon = 1e-9);
+    let error = on("a/mist")?.compile().unwrap_err().to_string();
+    assert!(error.contains("site or body `a/mist`"), "{error}");
+    Ok(())
+}
+
+#[test]
+fn without_visuals_masses_are_the_same() -> Result<(), PhysicsError> {
+    const CLOAKED: &str = r#"<mujoco><worldbody><body name="cloaked"><joint name="hinge"/>
+        <geom size=".1" mass="1"/><geom size=".2" mass="2" contype="0" conaffinity="0"/>
+        </body></worldbody></mujoco>"#;
+    let compiled = |visuals: bool| -> Result<Model, PhysicsError> {
+        let mut scene = SceneBuilder::new();
+        scene.visuals(visuals);
+        let plain = AttachOptions::default();
+        scene.attach_text("cloaked", CLOAKED, "", &world(0.0, 0.0, 0.0, 0.0), &plain)?;
+        scene.compile()
+    };
+    let (with, without) = (compiled(true)?, compiled(false)?);
+    assert_eq!((with.n_geoms(), without.n_geoms()), (2, 1));
+    for model in [with, without] {
+        assert_relative_eq!(model.body_mass(model.body("cloaked")?), 3.0);
+    }
+    Ok(())
+}
+
+/// The robosuite wheel's own arms, unchanged, on a base of ours.
 #[test]
 fn robosuite_arms_attach_unchanged() -> Result<(), PhysicsError> {
-    let Some(dir) = std::env::var_os("FACTOTUM_ROBOSUITE_DIR").map(PathBuf::from) else {
-        println!("skipped: FACTOTUM_ROBOSUITE_DIR is not set to the robosuite wheel's folder");
+    let Some(dir) = of_wheel("FACTOTUM_ROBOSUITE_DIR", "robosuite/robosuite") else {
         return Ok(());
     };
     for (robot, n_joints, n_meshes) in [("panda", 7, 1), ("iiwa", 7, 1), ("jaco", 7, 1)] {
@@ -320,7 +364,7 @@ fn robosuite_arms_attach_unchanged() -> Result<(), PhysicsError> {
             file: file.clone(),
             prefix: "arm/".into(),
         };
-        let at = AttachPoint::Site {
+        let at = AttachPoint::Frame {
             name: "mount".into(),
             offset: pose(0.0, 0.0, 0.01, 0.7),
         };

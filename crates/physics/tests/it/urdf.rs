@@ -11,6 +11,8 @@ use factotum_physics::{
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng as _;
 
+use crate::models::of_wheel;
+
 /// A tetrahedron, as ASCII OBJ.
 const TETRAHEDRON: &str =
     "v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
@@ -214,17 +216,13 @@ fn a_urdf_part_is_attached_with_actuators() -> Result<(), Box<dyn std::error::Er
     Ok(())
 }
 
-/// The pybullet wheel's own iiwa, unchanged. Set FACTOTUM_PYBULLET_DATA_DIR to the unpacked wheel's
-/// `pybullet_data` folder to run it.
+/// The pybullet wheel's own iiwa, unchanged.
 #[test]
 fn the_pybullet_iiwa_loads_unchanged() -> Result<(), PhysicsError> {
-    let Some(dir) = std::env::var_os("FACTOTUM_PYBULLET_DATA_DIR") else {
-        println!(
-            "skipped: FACTOTUM_PYBULLET_DATA_DIR is not set to the wheel's pybullet_data folder"
-        );
+    let Some(dir) = of_wheel("FACTOTUM_PYBULLET_DATA_DIR", "pybullet/pybullet_data") else {
         return Ok(());
     };
-    let file = Path::new(&dir).join("kuka_iiwa/model.urdf");
+    let file = dir.join("kuka_iiwa/model.urdf");
     let model = Model::from_mjcf_str(&urdf_to_mjcf(&file, &UrdfOptions::default())?)?;
     assert_eq!((model.n_q(), model.n_v()), (7, 7));
     // A visual and a collision mesh for each of eight links, from files with the same stem.

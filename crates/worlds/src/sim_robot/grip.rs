@@ -67,6 +67,9 @@ impl GripperScale {
     }
 }
 
+#[cfg(test)]
+mod holding;
+
 /// The gripper's controller and the goal it serves.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct GripControl {

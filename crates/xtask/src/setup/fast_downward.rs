@@ -13,6 +13,7 @@ use crate::workspace::Workspace;
 
 const WHEEL: Wheel = Wheel {
     requirement: "up-fast-downward==1.0.0",
+    python: "3.12",
     platforms: &["manylinux_2_28_x86_64", "manylinux_2_24_x86_64"],
     sha256: "7cbbb99f05646a9510369af10690e5e607820e0640303fed0a169436da727879",
 };

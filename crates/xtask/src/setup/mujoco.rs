@@ -35,6 +35,7 @@ const RELEASES: [Release; 3] = [
         arch: "x86_64",
         wheel: Wheel {
             requirement: "mujoco==3.17.0",
+            python: "3.12",
             platforms: &["manylinux_2_28_x86_64", "manylinux_2_27_x86_64"],
             sha256: "42371356efe53a5f5f73ed03fcb967bdf04048017f80e2fca01e71a360e42da2",
         },
@@ -47,6 +48,7 @@ const RELEASES: [Release; 3] = [
         arch: "aarch64",
         wheel: Wheel {
             requirement: "mujoco==3.17.0",
+            python: "3.12",
             platforms: &["manylinux_2_28_aarch64", "manylinux_2_27_aarch64"],
             sha256: "525e09a00ecd964f06582773d9eeb03bb0e5a1675edf296a6868024759b3b235",
         },
@@ -59,6 +61,7 @@ const RELEASES: [Release; 3] = [
         arch: "aarch64",
         wheel: Wheel {
             requirement: "mujoco==3.17.0",
+            python: "3.12",
             platforms: &["macosx_11_0_arm64"],
             sha256: "c677ab789299db70ca3fffe96b44a424bdad516cc87cc2a83898140923c2e91e",
         },

@@ -18,6 +18,8 @@ use crate::process;
 pub(super) struct Wheel {
     /// `name==version`, as pip takes it.
     pub(super) requirement: &'static str,
+    /// A version of Python that the wheel is for.
+    pub(super) python: &'static str,
     /// Every platform tag in the wheel's name; older versions of pip know only the older tags.
     pub(super) platforms: &'static [&'static str],
     pub(super) sha256: &'static str,
@@ -38,7 +40,7 @@ pub(super) fn fetch_into(wheel: &Wheel, folder: &Path) -> Result<()> {
         "--no-deps",
         "--only-binary=:all:",
     ]);
-    pip.args(["--python-version", "3.12", "--implementation", "cp"]);
+    pip.args(["--python-version", wheel.python, "--implementation", "cp"]);
     for platform in wheel.platforms {
         pip.args(["--platform", platform]);
     }
