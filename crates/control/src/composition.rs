@@ -53,7 +53,11 @@ fn has(names: &[String], name: &str) -> bool {
 }
 
 /// Motors for the arm joints of this part that have no actuator.
-fn missing_motors(robot: &RobotDescription, part: &RobotPart, names: &PartNames) -> Vec<NewActuator> {
+fn missing_motors(
+    robot: &RobotDescription,
+    part: &RobotPart,
+    names: &PartNames,
+) -> Vec<NewActuator> {
     let arm = &robot.arm;
     let named = arm
         .joints
@@ -76,7 +80,11 @@ fn missing_motors(robot: &RobotDescription, part: &RobotPart, names: &PartNames)
 }
 
 /// The tool frame, if the description gives it in a body of this part and the part has no such site.
-fn missing_tool_frame(robot: &RobotDescription, part: &RobotPart, names: &PartNames) -> Vec<NewSite> {
+fn missing_tool_frame(
+    robot: &RobotDescription,
+    part: &RobotPart,
+    names: &PartNames,
+) -> Vec<NewSite> {
     let Some(tcp) = &robot.arm.tcp else {
         return Vec::new();
     };

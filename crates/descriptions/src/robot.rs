@@ -456,6 +456,27 @@ ready = [0.0, 1.0]
         assert!(robot.base.is_none());
     }
 
+    /// The tutorial's file is the one of its finished folder, but for paths.
+    #[test]
+    fn the_tutorial_says_what_its_folder_says() {
+        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/tutorials");
+        let text = std::fs::read_to_string(docs.join("own-robot.md")).unwrap();
+        let (_, block) = text.split_once("```toml\n").unwrap();
+        let (told, _) = block.split_once("```").unwrap();
+        let told = load(told).unwrap();
+        let made = RobotDescription::load(&docs.join("robosuite_panda")).unwrap();
+        assert_eq!(told.arm, made.arm);
+        assert_eq!(told.gripper, made.gripper);
+        assert_eq!(told.base, made.base);
+        let frames = |robot: &RobotDescription| -> Vec<_> {
+            let parts = robot.parts.iter();
+            parts
+                .map(|part| (part.prefix.clone(), part.attach_to.clone()))
+                .collect()
+        };
+        assert_eq!(frames(&told), frames(&made));
+    }
+
     #[test]
     fn a_list_of_the_wrong_length_is_refused() {
         let text = GOOD.replace("rest = [0.0, 0.0]", "rest = [0.0]");

@@ -3,8 +3,10 @@
 //! The tool frame has z along the approach direction, out of the gripper, and x along the closing direction.
 
 mod antipodal;
+mod fit;
 
 pub use antipodal::{AntipodalOptions, CloudGrasp, antipodal_grasps};
+pub use fit::fit_grasp;
 
 use std::f64::consts::TAU;
 

@@ -79,7 +79,9 @@ pub use joint_path::{
     JointPathPlan, PathOutcome, PathStats, PlanLimits, plan_joints, plan_joints_star,
 };
 pub use joint_space::{JointLimit, JointSpace};
-pub use robot::RobotModel;
+pub use robot::{
+    MeetingPair, NamedFrame, PostureCheck, Reach, RobotCheck, RobotModel, check_robot,
+};
 pub use scene::{HeldObject, Obstacle, ObstacleShape, PlanningScene};
 pub use timing::{TimingOptions, time_path, time_path_with};
 pub use tool_line::{CartesianFailure, CartesianFailureReason, ToolLineOptions, plan_tool_line};

@@ -1,6 +1,7 @@
 //! The robot as planning sees it: its chain, limits, postures and which of its bodies can meet.
 
 mod assembly;
+mod check;
 mod groups;
 
 use std::collections::BTreeSet;
@@ -18,6 +19,7 @@ use crate::joint_space::{JointLimit, JointSpace};
 
 pub(crate) use assembly::add_robot;
 pub use assembly::scene_of_robot;
+pub use check::{MeetingPair, NamedFrame, PostureCheck, Reach, RobotCheck, check_robot};
 pub(crate) use groups::Groups;
 
 /// A robot compiled for planning. Cheap to clone.

@@ -228,6 +228,22 @@ impl PlanningScene {
         distances.fold(CLEARANCE_SEEN_M, f64::min)
     }
 
+    /// Distance from the tool (gripper and held object) to an obstacle, beyond the scene's margin; else as
+    /// [`Self::clearance_m`].
+    pub fn tool_clearance_m(&mut self, q: &[f64], obstacle: &str) -> f64 {
+        if self.detect(q).is_err() {
+            return f64::NAN;
+        }
+        let is_obstacle =
+            |owner: &Owner| matches!(owner, Owner::Obstacle { name } if name == obstacle);
+        let distances = self.state.contacts().filter_map(|contact| {
+            let [a, b] = [contact.geom_a, contact.geom_b].map(|geom| &self.owners[geom.index()]);
+            let of_pair = (is_obstacle(a) && b.is_tool()) || (is_obstacle(b) && a.is_tool());
+            of_pair.then_some(contact.distance_m - self.margin_m)
+        });
+        distances.fold(CLEARANCE_SEEN_M, f64::min)
+    }
+
     /// Whether nothing is nearer than `clearance_m` beyond the scene's margin; [`CLEARANCE_SEEN_M`] is the most
     /// that can be told.
     pub fn is_free_by(&mut self, q: &[f64], clearance_m: f64) -> bool {

@@ -82,8 +82,8 @@ pub use model_edit::ModelEdit;
 pub use planar_lidar::planar_scan;
 pub use rays::{RayFilter, RayHit};
 pub use scene::{
-    AttachOptions, AttachPoint, Integrator, Motion, NewSite, Part, PartNames, Primitive, SceneBuilder,
-    SceneOptions, Shape,
+    AttachOptions, AttachPoint, Integrator, Motion, NewSite, Part, PartNames, Primitive,
+    SceneBuilder, SceneOptions, Shape,
 };
 pub use self_collision::{BodyPair, PairKind, self_collision_pairs};
 pub use snapshot::Snapshot;

@@ -5,7 +5,7 @@
 
 use factotum_control::Robot;
 use factotum_geometry::Pose;
-use factotum_motion::grasps::expand_grasp;
+use factotum_motion::grasps::{expand_grasp, fit_grasp};
 use nalgebra::Translation3;
 use rand_chacha::ChaCha8Rng;
 
@@ -48,10 +48,14 @@ impl WaySkill for Pick {
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<GraspWay>, Stop> {
         let object = &situation.object;
-        if object.class.grasps.is_empty() {
+        let mut grasps = Vec::new();
+        for grasp in &object.class.grasps {
+            grasps.extend(fit_grasp(&situation.robot, &object.shape(), grasp)?);
+        }
+        if grasps.is_empty() {
             return Err(Failure::NotDescribed {
                 class: object.class.name.clone(),
-                what: "grasp".to_owned(),
+                what: "grasp that fits this hand".to_owned(),
             }
             .into());
         }
@@ -59,11 +63,7 @@ impl WaySkill for Pick {
         let mut seeds = vec![from.to_vec(), situation.robot.q_ready()];
         let mut ways: Vec<GraspWay> = Vec::new();
         let mut detail = String::new();
-        let candidates = object
-            .class
-            .grasps
-            .iter()
-            .flat_map(|grasp| expand_grasp(grasp, N_TURNS));
+        let candidates = grasps.iter().flat_map(|grasp| expand_grasp(grasp, N_TURNS));
         for candidate in candidates {
             let grasp = candidate.base_from_tcp(&object.base_from_object);
             let before = grasp * Translation3::new(0.0, 0.0, -STANDOFF_M);

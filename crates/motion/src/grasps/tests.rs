@@ -1,4 +1,5 @@
 use super::*;
+use crate::ObstacleShape;
 use factotum_geometry::cloud::PointCloud;
 use nalgebra::{Point3, Unit};
 use proptest::prelude::*;
@@ -9,7 +10,7 @@ fn side_grasp(yaw_symmetric: bool) -> Grasp {
     Grasp {
         name: "side".to_owned(),
         xyz: [0.0, 0.0, 0.1],
-        // Approach along the object's x axis, fingers closing along y.
+        // Approach along the object's x axis, fingers closing along z.
         rpy: [0.0, std::f64::consts::FRAC_PI_2, 0.0],
         aperture_m: 0.08,
         link: None,
@@ -92,4 +93,46 @@ fn what_is_too_wide_or_without_normals_gives_no_grasp() {
     let bare = PointCloud::new(cylinder(0.02).points().to_vec());
     assert!(antipodal_grasps(&bare, &options, &mut rng).is_empty());
     assert!(antipodal_grasps(&PointCloud::new(vec![]), &options, &mut rng).is_empty());
+}
+
+/// A can of this radius, taken from the side on its axis.
+fn can(radius_m: f64) -> ObstacleShape {
+    ObstacleShape::Cylinder {
+        radius_m,
+        half_length_m: 0.15,
+    }
+}
+
+/// Approach along the object's x axis and this much downwards, fingers closing along y.
+fn from_above(slope_rad: f64) -> Grasp {
+    use std::f64::consts::FRAC_PI_2;
+    Grasp {
+        rpy: [FRAC_PI_2 + slope_rad, 0.0, FRAC_PI_2],
+        ..side_grasp(true)
+    }
+}
+
+#[test]
+fn a_hand_reaches_as_deep_as_its_palm_allows() {
+    // From the Panda's tool frame it is 37.4 mm to the palm.
+    let panda = crate::test_robots::load("panda");
+    let grasp = from_above(0.0);
+    let back_m = |radius_m: f64| {
+        let fitted = fit_grasp(&panda, &can(radius_m), &grasp).unwrap()?;
+        Some(grasp.xyz[0] - fitted.xyz[0])
+    };
+    assert_eq!(back_m(0.030), Some(0.0));
+    assert!((back_m(0.037).unwrap() - 0.004).abs() < 1e-12);
+    assert_eq!(back_m(0.045), None, "wider than the open hand");
+}
+
+#[test]
+fn a_hand_that_would_push_with_its_palm_does_not_fit() {
+    let steep = from_above(25_f64.to_radians());
+    let fits = |robot: &str| {
+        let robot = crate::test_robots::load(robot);
+        fit_grasp(&robot, &can(0.0325), &steep).unwrap().is_some()
+    };
+    assert!(!fits("panda"));
+    assert!(fits("jaco"), "its fingers are longer");
 }

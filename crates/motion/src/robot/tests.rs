@@ -166,3 +166,44 @@ fn a_chain_of_four_joints_has_manipulability_and_is_solved() {
     let found = robot.chain().base_from_tcp(outcome.q().unwrap());
     assert!((found.inverse() * target).translation.vector.norm() <= options.position_tol_m);
 }
+
+#[test]
+fn a_check_finds_what_is_so() {
+    let robot = test_robots::load("movo_panda");
+    let examine = || check_robot(&robot, &mut ChaCha8Rng::seed_from_u64(1)).unwrap();
+    let check = examine();
+    assert_eq!(check, examine(), "same seed, same answer");
+    let roles: Vec<&str> = check.frames.iter().map(|frame| frame.role).collect();
+    assert_eq!(roles, ["tool", "lidar", "camera"]);
+    let tool = robot.chain().base_from_tcp(&robot.q_ready());
+    let off = tool.inverse() * check.frames[0].base_from_frame;
+    assert!(off.translation.vector.norm() < 1e-9, "{off}");
+    assert_eq!(check.frames[1].body, "base_link");
+    for posture in &check.postures {
+        assert_eq!(posture.problem, None, "{}", posture.name);
+    }
+    // The Panda reaches 0.855 m to its flange, from a mount 0.09 m before the axis; the hand adds 0.21 m.
+    let reach = check.reach;
+    assert!((0.95..1.16).contains(&reach.distance_max_m), "{reach:?}");
+    assert!(reach.ik_share > 0.9, "{reach:?}");
+    let meet = |a: &str, b: &str| {
+        let mut pairs = check.meeting.iter();
+        pairs.any(|pair| [&pair.a, &pair.b].map(String::as_str) == [a, b])
+    };
+    assert!(meet("base_link", "arm/hand/hand"), "{:?}", check.meeting);
+    assert!(!meet("arm/link1", "arm/link2"), "neighbours");
+}
+
+#[test]
+fn a_posture_beyond_a_limit_is_told() {
+    let mut description = test_robots::load("panda").description().clone();
+    description.arm.ready[3] = 0.5;
+    let robot = RobotModel::load(&description).unwrap();
+    let check = check_robot(&robot, &mut ChaCha8Rng::seed_from_u64(1)).unwrap();
+    let problem = check.postures[1].problem.as_deref().unwrap();
+    assert!(
+        problem.starts_with("joint `joint4` is at 0.500, outside its limits -3.07"),
+        "{problem}"
+    );
+    assert_eq!(check.postures[0].problem, None);
+}

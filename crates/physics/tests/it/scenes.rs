@@ -312,7 +312,10 @@ fn a_part_may_hang_on_a_body() -> Result<(), PhysicsError> {
     let model = on("a/mast")?.compile()?;
     let mut state = State::new(&model)?;
     state.forward_kinematics()?;
-    let tool = state.world_from_body(model.body("b/mast")?).translation.vector;
+    let tool = state
+        .world_from_body(model.body("b/mast")?)
+        .translation
+        .vector;
     assert_relative_eq!(tool, Vector3::new(0.0, 0.1, 1.2), epsilon = 1e-9);
     let error = on("a/mist")?.compile().unwrap_err().to_string();
     assert!(error.contains("site or body `a/mist`"), "{error}");

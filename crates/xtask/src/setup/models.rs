@@ -67,7 +67,10 @@ pub(super) fn ensure(workspace: &Workspace) -> Outcome {
     if fetched.is_empty() {
         Outcome::Found("those of robosuite 1.5.2 and pybullet 3.2.7 are in .deps".to_owned())
     } else {
-        Outcome::Fetched(format!("those of {} fetched into .deps", fetched.join(", ")))
+        Outcome::Fetched(format!(
+            "those of {} fetched into .deps",
+            fetched.join(", ")
+        ))
     }
 }
 
