@@ -387,8 +387,3 @@ fn iiwa7_holds() {
 fn movo_panda_holds() {
     check("movo_panda");
 }
-
-#[test]
-fn temporary() {
-    check("/tmp/w/robots/target/rp");
-}
