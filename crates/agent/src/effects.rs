@@ -9,6 +9,7 @@ use factotum_semantic_map::Location;
 use factotum_skills::{Failure, is_holding};
 use nalgebra::Point3;
 
+use crate::senses::Care;
 use crate::{AgentError, Executive};
 
 /// How far outside the interval of a state a joint may be read and still count, as a share of the interval.
@@ -51,32 +52,31 @@ impl Executive<'_> {
         Ok(Ok(()))
     }
 
-    /// Whether a joint is believed to be where an action was to bring it.
-    pub(crate) fn check_effect(
-        &self,
+    /// Whether a joint is where an action was to bring it, by a look.
+    pub(crate) fn check_turned(
+        &mut self,
         name: &str,
         action: &ActionSpec,
     ) -> Result<Effect, AgentError> {
+        self.look_at_rest(Care::Joints)?;
         let object = self.aosm.object(name)?;
         let class = self.aosm.class(&object.class)?;
-        let expected = action
-            .effect
-            .as_deref()
-            .and_then(|effect| class.state(effect));
-        let Some((expected, position)) =
-            expected.and_then(|state| Some((state, *object.joints.get(&state.joint)?)))
-        else {
+        let effect = action.effect.as_deref();
+        let Some(expected) = effect.and_then(|effect| class.state(effect)) else {
             return Ok(Ok(()));
+        };
+        let [state, joint] = [&expected.name, &expected.joint];
+        let Some(position) = object.joints.get(joint) else {
+            return Ok(Err(format!("the {joint} of `{name}` cannot be seen")));
         };
         // A joint pushed against its stop is believed a little beyond it.
         let [lower, upper] = expected.range;
         let margin = EFFECT_MARGIN * (upper - lower);
-        if (lower - margin..=upper + margin).contains(&position) {
+        if (lower - margin..=upper + margin).contains(position) {
             return Ok(Ok(()));
         }
         Ok(Err(format!(
-            "`{name}` is not {}: its {} is at {position:.2}",
-            expected.name, expected.joint
+            "`{name}` is not {state}: its {joint} is at {position:.2}"
         )))
     }
 

@@ -164,10 +164,15 @@ impl Executive<'_> {
 
     /// Looks a few times at rest, so that what is acted on is known as well as can be.
     pub(crate) fn look_closely(&mut self) -> Result<(), AgentError> {
+        self.look_at_rest(Care::Close)
+    }
+
+    /// Looks a few times at rest, with so much care.
+    pub(crate) fn look_at_rest(&mut self, care: Care) -> Result<(), AgentError> {
         const N_LOOKS: usize = 5;
         for _ in 0..N_LOOKS {
             self.robot.wait(0.1)?;
-            self.observe(Care::Close)?;
+            self.observe(care)?;
         }
         Ok(())
     }

@@ -43,6 +43,8 @@ pub(crate) enum Care {
     InPassing,
     /// Before acting: everything counts.
     Close,
+    /// After an action on joints: where things are is left as it was, since what an action turned looks displaced.
+    Joints,
 }
 
 /// The robot's senses and what they have gathered.
@@ -150,14 +152,14 @@ impl Senses {
         Ok(())
     }
 
-    /// Takes a picture: which objects stand where, and in which state. Returns the names of the objects it changed.
+    /// Takes a picture: which objects stand where, and in which state.
     pub(crate) fn look(
         &mut self,
         robot: &mut dyn Robot,
         aosm: &mut Aosm,
         base_from_held: Option<Pose>,
         care: Care,
-    ) -> Result<Vec<String>, AgentError> {
+    ) -> Result<(), AgentError> {
         let picture = robot.look()?;
         let mut frame = picture.data;
         let footprint_m = robot
@@ -169,7 +171,7 @@ impl Senses {
         let map_from_base = pose_from_planar(&(self.map_from_odom * picture.odom_from_base), 0.0);
         self.cloud.add(&map_from_base, &frame, |label| label == 0);
         let detections = match care {
-            Care::Close => self.detector.detect(&frame),
+            Care::Close | Care::Joints => self.detector.detect(&frame),
             Care::InPassing => {
                 self.detector
                     .detect(&self.without_settled(&frame, &map_from_base, aosm))
@@ -177,18 +179,24 @@ impl Senses {
         };
         let mut detections = detections?;
         detections.retain(|detection| !is_held(detection, base_from_held));
+        if care == Care::Joints {
+            for detection in &detections {
+                let map_from_object = map_from_base * detection.base_from_object;
+                if let Some(name) = self.known_at(&detection.class, &map_from_object, aosm) {
+                    self.read_joints(&name, detection, &frame, &map_from_base, aosm)?;
+                }
+            }
+            return Ok(());
+        }
         let tracks = self
             .tracker
             .observe(&map_from_base, self.position_std_m, &detections);
-        let mut changed = Vec::new();
         for (track, detection) in tracks.into_iter().zip(&detections) {
             if let Some(name) = self.take_over(track, aosm)? {
                 self.read_joints(&name, detection, &frame, &map_from_base, aosm)?;
-                changed.push(name);
             }
         }
-        self.forget_gone(&frame, &map_from_base, aosm)?;
-        Ok(changed)
+        self.forget_gone(&frame, &map_from_base, aosm)
     }
 
     /// Brings a tracked object into the map, once it has been seen often enough.
@@ -202,16 +210,8 @@ impl Senses {
         let name = match self.names.get(&track) {
             Some(name) if aosm.objects.contains_key(name) => name.clone(),
             _ => {
-                // An object of the class that is known there already, by an earlier day or a lost track, is the same.
-                // Nor can two large things of a class stand in one another.
-                let gate_m = TrackerParams::default().gate_m + self.radius_m(&tracked.class);
-                let known = aosm.objects_of(&tracked.class).find(|object| {
-                    let apart = object.map_from_object.translation.vector
-                        - tracked.map_from_object.translation.vector;
-                    apart.norm() < gate_m
-                });
-                let name = match known {
-                    Some(object) => object.name.clone(),
+                let name = match self.known_at(&tracked.class, &tracked.map_from_object, aosm) {
+                    Some(name) => name,
                     None => aosm.add_object(
                         &tracked.class,
                         tracked.map_from_object,
@@ -231,6 +231,21 @@ impl Senses {
             object.position_std_m = tracked.sigma_m;
         }
         Ok(Some(name))
+    }
+
+    /// The known object of a class that a sighting of the class at a pose is of.
+    ///
+    /// One that is known about there, by an earlier day or a lost track, is the same; nor can two large things of a class
+    /// stand in one another.
+    fn known_at(&self, class: &str, map_from_object: &Pose, aosm: &Aosm) -> Option<String> {
+        let gate_m = TrackerParams::default().gate_m + self.radius_m(class);
+        let mut of_class = aosm.objects_of(class);
+        let known = of_class.find(|object| {
+            let apart =
+                object.map_from_object.translation.vector - map_from_object.translation.vector;
+            apart.norm() < gate_m
+        });
+        known.map(|object| object.name.clone())
     }
 
     /// The frame without labels of objects that are known well enough: fitting a pose takes time.
