@@ -226,18 +226,21 @@ mod tests {
     /// How far aside the way is shown half way, metres.
     const ASIDE_M: f64 = 0.01;
 
-    fn movo_at_the_switch() -> Situation {
+    /// Movo before a light switch, at a distance in a direction (rad) from it.
+    fn movo_at_the_switch(distance_m: f64, bearing_rad: f64) -> Situation {
         let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets");
         let robot = RobotDescription::load(&assets.join("robots/movo")).unwrap();
         let class = ObjectClass::load(&assets.join("objects/light_switch")).unwrap();
-        let in_front = Isometry2::new(Vector2::new(0.75, 0.0), std::f64::consts::PI);
+        let turned = Isometry2::rotation(bearing_rad);
+        let object_from_base =
+            turned * Isometry2::new(Vector2::new(distance_m, 0.0), std::f64::consts::PI);
         Situation {
             robot: RobotModel::load(&robot).unwrap(),
             obstacles: Vec::new(),
             object: ObjectView {
                 name: "light_switch_1".to_owned(),
                 class,
-                base_from_object: pose_from_planar(&in_front, 1.1),
+                base_from_object: pose_from_planar(&object_from_base.inverse(), 1.1),
                 joints: [("toggle".to_owned(), 0.4)].into(),
             },
             target: None,
@@ -245,16 +248,16 @@ mod tests {
         }
     }
 
-    /// The tool's way in Λ.
-    fn way(situation: &Situation, action: &ActionSpec) -> Vec<Pose> {
+    /// The tool's way in Λ, if the arm can go it.
+    fn way(situation: &Situation, action: &ActionSpec) -> Option<Vec<Pose>> {
         let skill = Articulate {
             action: action.clone(),
         };
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let found = skill.find_way(situation, &situation.robot.q_ready(), &mut rng);
         let object_from_base = situation.object.base_from_object.inverse();
-        let poses = found.unwrap().poses;
-        poses.iter().map(|pose| object_from_base * pose).collect()
+        let poses = found.ok()?.poses;
+        Some(poses.iter().map(|pose| object_from_base * pose).collect())
     }
 
     /// The lever's way at rest at both ends, led aside and back.
@@ -276,19 +279,29 @@ mod tests {
 
     #[test]
     fn the_tool_goes_with_the_joint_or_as_it_was_shown() {
-        let situation = movo_at_the_switch();
-        let class = &situation.object.class;
-        let mut action = class.action("turn_off").unwrap().clone();
+        let class = movo_at_the_switch(0.7, 0.0).object.class;
+        let with_joint = class.action("turn_off").unwrap().clone();
+        let as_shown = ActionSpec {
+            demonstration: Some(demonstration(&class)),
+            ..with_joint.clone()
+        };
+        // The first place from which the arm can do both.
+        let (situation, with_joint, as_shown) = [0.65, 0.7, 0.75, 0.8]
+            .into_iter()
+            .flat_map(|distance| [-0.4, 0.0, 0.4].map(|bearing| (distance, bearing)))
+            .find_map(|(distance_m, bearing_rad)| {
+                let situation = movo_at_the_switch(distance_m, bearing_rad);
+                let with_joint = way(&situation, &with_joint)?;
+                let as_shown = way(&situation, &as_shown)?;
+                Some((situation, with_joint, as_shown))
+            })
+            .unwrap();
         // The lever turns about Λ's y axis.
         let aside = |way: &[Pose]| {
             let aside = way.iter().map(|pose| pose.translation.y.abs());
             aside.fold(0.0, f64::max)
         };
-        let with_joint = way(&situation, &action);
         assert!(aside(&with_joint) < 1e-9);
-
-        action.demonstration = Some(demonstration(class));
-        let as_shown = way(&situation, &action);
         assert!(
             (aside(&as_shown) - ASIDE_M).abs() < 0.1 * ASIDE_M,
             "{} m aside",
@@ -302,11 +315,16 @@ mod tests {
             assert!((a.translation.vector - b.translation.vector).norm() < 1e-9);
         }
 
-        action.demonstration = Some(Demonstration {
+        let useless = Demonstration {
             step_secs: 0.2,
             object_from_tcp: Vec::new(),
-        });
-        let skill = Articulate { action };
+        };
+        let skill = Articulate {
+            action: ActionSpec {
+                demonstration: Some(useless),
+                ..class.action("turn_off").unwrap().clone()
+            },
+        };
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let error = skill
             .find_way(&situation, &situation.robot.q_ready(), &mut rng)

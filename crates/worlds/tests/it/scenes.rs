@@ -30,13 +30,16 @@ fn seeds_draw_different_homes_that_load() {
 /// Reads the household's file with one change, from a folder with nothing else in it.
 fn changed(from: &str, to: &str) -> Result<HomeScene, String> {
     let dir = tempfile::tempdir().unwrap();
-    let objects = std::path::absolute(assets().join("objects")).unwrap();
+    let absolute = |path: &str| std::path::absolute(assets().join(path)).unwrap();
     let text = std::fs::read_to_string(assets().join("scenes/household/scene.toml")).unwrap();
     assert!(text.contains(from), "the household has no `{from}`");
     let text = format!(
-        "objects_dir = \"{}\"\n{}",
-        objects.display(),
-        text.replacen(from, to, 1)
+        "objects_dir = {:?}\n{}",
+        absolute("objects"),
+        text.replacen(from, to, 1).replace(
+            "\"structure.xml\"",
+            &format!("{:?}", absolute("scenes/household/structure.xml"))
+        )
     );
     let path = dir.path().join("scene.toml");
     std::fs::write(&path, text).unwrap();
