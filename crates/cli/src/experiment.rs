@@ -128,6 +128,12 @@ fn chores(args: &ExperimentArgs, console: &Console) -> anyhow::Result<Answer> {
         if !summary.seeds_unanswered.is_empty() {
             lines.push(format!("no answer: seeds {:?}", summary.seeds_unanswered));
         }
+        if !is_complete {
+            lines.push(format!(
+                "stopped with {} of {} seeds run; the same command goes on",
+                summary.n_runs, args.seeds
+            ));
+        }
         lines.push(format!("results: `{}`", folder.join(RESULTS_NAME).display()));
         lines.join("\n")
     })?;

@@ -99,6 +99,23 @@ fn a_run_folder_in_use_is_not_taken() {
 }
 
 #[test]
+fn a_sweep_folder_of_another_command_is_not_taken() {
+    let dir = tempfile::tempdir().unwrap();
+    let other = r#"{"arguments": ["run", "--headless", "--json", "--no-folder", "--goal", "close-faucet"]}"#;
+    std::fs::write(dir.path().join("sweep.json"), other).unwrap();
+    let out = dir.path().to_str().unwrap();
+    let goal = ["--goal", "turn-light-off"];
+    let arguments = [&["experiment", "run", "chores", "--out", out], &goal[..]].concat();
+    assert_refused(
+        &factotum(&arguments),
+        &[
+            "there `--goal close-faucet`, here `--goal turn-light-off`",
+            "another folder",
+        ],
+    );
+}
+
+#[test]
 fn a_map_cut_short_is_named() {
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(dir.path().join("map.pgm"), b"P5\n4 4\n255\n\xfe\xfe\x00").unwrap();
