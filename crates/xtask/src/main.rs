@@ -33,7 +33,8 @@ Usage: cargo x <command> [arguments]
   run [ARGS]       build and start `factotum run ARGS`; first fetches what is missing
   test [FILTERS]   run every test: Rust, documentation, page and browser; ends with `N passed, N failed`
   setup            fetch what cargo cannot: MuJoCo's library, the page's packages, a browser, Fast Downward,
-                   and other makers' robot models (260 MB)
+                   other makers' robot models
+  models           fetch only those models: robosuite's Panda, iiwa and Jaco, pybullet's iiwa (260 MB)
   ci               everything CI runs: check, then test
   check            format, lints, tidy, codegen --check and licences
   tidy             the house rules: dependency direction, invariants of absence, files, documents
@@ -63,6 +64,7 @@ fn dispatch(arguments: Vec<String>) -> Result<ExitCode> {
         "run" => match run::run(&workspace, rest)? {},
         "test" => return Ok(test::run(&workspace, rest)?.exit_code()),
         "setup" => setup::run(&workspace, setup::Wanted::EVERYTHING)?,
+        "models" => setup::run(&workspace, setup::Wanted::MODELS)?,
         "ci" => return ci(&workspace),
         "check" => check::run(&workspace)?,
         "tidy" => tidy::run(&workspace)?,

@@ -41,6 +41,11 @@ impl Wanted {
         models: false,
         full_report: false,
     };
+    pub(crate) const MODELS: Self = Self {
+        models: true,
+        full_report: true,
+        ..Self::TO_BUILD
+    };
     pub(crate) const TO_RUN: Self = Self {
         page: true,
         ..Self::TO_BUILD

@@ -1,6 +1,6 @@
 //! Other people's models, unchanged, through a `robot.toml`.
 //!
-//! `cargo x setup` fetches them into `.deps/`. FACTOTUM_ROBOSUITE_DIR and FACTOTUM_PYBULLET_DATA_DIR name the folders
+//! `cargo x models` fetches them into `.deps/`. FACTOTUM_ROBOSUITE_DIR and FACTOTUM_PYBULLET_DATA_DIR name the folders
 //! `robosuite` and `pybullet_data` of wheels that are elsewhere.
 
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ fn folder(variable: &str, in_deps: &str) -> Option<PathBuf> {
     let folder = std::env::var_os(variable).map_or_else(|| deps.join(in_deps), PathBuf::from);
     let found = folder.is_dir().then_some(folder);
     if found.is_none() {
-        println!("skipped: `.deps/{in_deps}` is absent (cargo x setup) and {variable} is not set");
+        println!("skipped: `.deps/{in_deps}` is absent (cargo x models) and {variable} is not set");
     }
     found
 }

@@ -35,13 +35,13 @@ pub(crate) const ARM_AND_BALL: &str = r#"<mujoco model="arm and ball">
   </actuator>
 </mujoco>"#;
 
-/// A folder of a Python wheel with other makers' models: where the variable says, else where `cargo x setup` puts it.
+/// A folder of a Python wheel with other makers' models: where the variable says, else where `cargo x models` puts it.
 pub(crate) fn of_wheel(variable: &str, in_deps: &str) -> Option<PathBuf> {
     let deps = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../.deps");
     let folder = std::env::var_os(variable).map_or_else(|| deps.join(in_deps), PathBuf::from);
     let found = folder.is_dir().then_some(folder);
     if found.is_none() {
-        println!("skipped: `.deps/{in_deps}` is absent (cargo x setup) and {variable} is not set");
+        println!("skipped: `.deps/{in_deps}` is absent (cargo x models) and {variable} is not set");
     }
     found
 }
