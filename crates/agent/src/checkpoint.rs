@@ -7,6 +7,7 @@ use factotum_geometry::cloud::PointCloud;
 use factotum_geometry::{Pose, Pose2};
 use nalgebra::Point2;
 
+use crate::viewed::Viewed;
 use crate::{AgentError, Event, Executive, RunReport};
 
 /// Where an executive is in its work.
@@ -18,7 +19,7 @@ pub struct Checkpoint {
     pub tcp_from_held: Option<Pose>,
     /// Surfaces seen by the camera, in the map.
     pub seen: PointCloud,
-    /// Places in the map from which the robot has looked around.
+    /// Middles of the squares of the map that the camera has had in view.
     pub viewed: Vec<Point2<f64>>,
     /// How far the random stream has been used, in words.
     pub rng_word_pos: u128,
@@ -54,7 +55,7 @@ impl Executive<'_> {
             map_from_odom: self.senses.map_from_odom(),
             tcp_from_held: self.tcp_from_held,
             seen: self.senses.seen(),
-            viewed: self.viewed.clone(),
+            viewed: self.viewed.middles(),
             rng_word_pos: self.rng.get_word_pos(),
             stage: self.stage,
             report: RunReport {
@@ -74,7 +75,7 @@ impl Executive<'_> {
     pub fn restore(&mut self, checkpoint: &Checkpoint) {
         self.tcp_from_held = checkpoint.tcp_from_held;
         self.senses.remember(&checkpoint.seen);
-        self.viewed.clone_from(&checkpoint.viewed);
+        self.viewed = Viewed::of_points(&checkpoint.viewed);
         self.rng.set_word_pos(checkpoint.rng_word_pos);
         self.stage = checkpoint.stage;
         self.report.clone_from(&checkpoint.report);

@@ -6,11 +6,12 @@ use factotum_motion::RobotModel;
 use factotum_semantic_map::{Aosm, ChoreGoal, MapError, OptionKind, OptionSpec, TopologicalGraph};
 use factotum_task_planning::operator::{Condition, GroundAction};
 use factotum_task_planning::planner::{Limits, PlanOutcome, Planner};
-use nalgebra::Point2;
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
+use crate::navigate::BaseChoice;
 use crate::senses::Senses;
+use crate::viewed::Viewed;
 use crate::{AgentError, LogLevel, Observer, RunReport, Settings, Stage, StepState, StepView};
 
 /// Does chores with a robot, from what it believes of the home.
@@ -20,8 +21,8 @@ pub struct Executive<'a> {
     pub(crate) aosm: Aosm,
     pub(crate) graph: TopologicalGraph,
     pub(crate) senses: Senses,
-    /// Places where the camera has looked around, in the map.
-    pub(crate) viewed: Vec<Point2<f64>>,
+    /// What the camera has had in view.
+    pub(crate) viewed: Viewed,
     pub(crate) tcp_from_held: Option<Pose>,
     pub(crate) planner: &'a dyn Planner,
     pub(crate) observer: &'a mut dyn Observer,
@@ -73,7 +74,7 @@ impl<'a> Executive<'a> {
             aosm,
             graph: TopologicalGraph::default(),
             senses,
-            viewed: Vec::new(),
+            viewed: Viewed::default(),
             tcp_from_held: None,
             planner,
             observer,
@@ -236,9 +237,17 @@ impl<'a> Executive<'a> {
                 Err(error) => return Err(error.into()),
             };
             self.mark(view, StepState::Running, None)?;
-            let Some(map_from_base) = self.choose_base(&option, &spent, &mut reason)? else {
-                self.mark(view, StepState::Failed, Some(reason.clone()))?;
-                return Ok(Err(reason));
+            let (map_from_base, can_act) = match self.choose_base(&option, &spent)? {
+                BaseChoice::Possible(pose) => (pose, true),
+                // What was seen from afar may be wrong: a look from near, once, before giving up.
+                BaseChoice::None {
+                    nearest: Some(pose),
+                    ..
+                } if spent.is_empty() => (pose, false),
+                BaseChoice::None { reason, .. } => {
+                    self.mark(view, StepState::Failed, Some(reason.clone()))?;
+                    return Ok(Err(reason));
+                }
             };
             spent.push(map_from_base);
             let (outcome, robot_secs) = self.timed(|this| this.drive_to(&map_from_base))?;
@@ -276,6 +285,9 @@ impl<'a> Executive<'a> {
             }
             if !self.aosm.objects.contains_key(sought) {
                 return Ok(found);
+            }
+            if !can_act {
+                continue;
             }
             self.mark(view + 1, StepState::Running, None)?;
             let (outcome, robot_secs) = self.timed(|this| this.act(&option))?;

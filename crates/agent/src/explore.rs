@@ -1,7 +1,8 @@
 //! Exploring: drive to where the known floor ends until it ends nowhere, then to where the camera has not looked yet.
 //!
-//! Frontiers by Yamauchi (CIRA 1997); the nearest large one is taken first. At every stop the robot turns once around
-//! and looks. Then the camera's turn: places are visited from which most of the unseen floor comes into view.
+//! Frontiers by Yamauchi (CIRA 1997); the nearest large one is taken first. The camera looks all the time, and at every
+//! stop the robot turns as far as there is something that it has not had in view. Then places are visited from which
+//! most of the unseen floor comes into view.
 
 use std::f64::consts::TAU;
 
@@ -12,20 +13,15 @@ use nalgebra::{Point2, Vector2, Vector3};
 use rand::RngExt as _;
 
 use crate::drive::path_on;
+use crate::viewed::LOOK_RANGE_M;
 use crate::{AgentError, Executive, LogLevel};
 
 /// Frontiers shorter than this are gaps between rays, cells.
 const FRONTIER_CELLS_MIN: usize = 8;
 /// Stops after which exploring ends in any case.
 const N_STOPS_MAX: usize = 40;
-/// The camera recognises objects up to this distance, metres.
-const LOOK_RANGE_M: f64 = 2.8;
-/// Edge of the squares of floor that count as looked at or not, metres.
-const PATCH_M: f64 = 0.4;
 /// Stops are worth their time for this many patches not looked at yet.
-const N_PATCHES_MIN: usize = 9;
-/// A place this near to one from which the robot has looked around shows nothing new, metres.
-const APART_M: f64 = 0.9;
+const N_PATCHES_MIN: u32 = 9;
 
 impl Executive<'_> {
     /// Explores until the home is known or `is_enough` says so.
@@ -72,45 +68,65 @@ impl Executive<'_> {
         )
     }
 
-    /// Turns once around, looking, if the robot has not done so near here.
+    /// Turns as far as it takes to have everything around in view that has not been yet.
     fn look_around_here(&mut self) -> Result<(), AgentError> {
-        let here = Point2::from(self.map_from_base()?.translation.vector);
-        if is_near(&here, &self.viewed, APART_M) {
+        self.observe_home()?;
+        let here = self.map_from_base()?;
+        let turns = self
+            .viewed
+            .turns_to_see(&self.aosm.grid, &here, self.half_view_rad());
+        if turns.is_empty() {
             return Ok(());
         }
-        self.look_around()?;
+        for turn_rad in turns {
+            self.turn_looking(turn_rad)?;
+        }
+        self.show_map()?;
         self.checkpoint()
     }
 
     /// Turns once around, looking.
     pub(crate) fn look_around(&mut self) -> Result<(), AgentError> {
+        self.observe_home()?;
+        self.turn_looking(TAU)?;
+        self.show_map()
+    }
+
+    /// Turns by an angle, looking.
+    fn turn_looking(&mut self, turn_rad: f64) -> Result<(), AgentError> {
         const PERIOD_SECS: f64 = 0.1;
         /// Looks while turning by a third of the camera's view or so.
         const N_PERIODS_PER_LOOK: usize = 5;
-        self.observe_home()?;
-        let here = self.map_from_base()?;
         let rate_rad_per_s = self
             .model
             .description()
             .base
             .as_ref()
             .map_or(0.5, |base| base.yaw_rate_max_rad_per_s);
-        let n_periods = (TAU / rate_rad_per_s / PERIOD_SECS).ceil() as usize;
-        for period in 1..=n_periods {
-            let velocity = Vector3::new(0.0, 0.0, rate_rad_per_s);
+        let velocity = Vector3::new(0.0, 0.0, rate_rad_per_s.copysign(turn_rad));
+        let expected = (turn_rad.abs() / rate_rad_per_s / PERIOD_SECS).ceil() as usize;
+        // Getting up to speed takes time, and a base that is held does not turn at all.
+        let n_periods_max = expected + expected / 2 + 10;
+        let (mut turned_rad, mut before) = (0.0, self.robot.state()?.odom_from_base.rotation);
+        for period in 1..=n_periods_max {
             self.robot.send(Command::BaseTwist(BaseTwist {
                 velocity,
                 valid_secs: 2.0 * PERIOD_SECS,
             }))?;
             self.robot.wait(PERIOD_SECS)?;
             self.senses.feel(self.robot)?;
+            let now = self.robot.state()?.odom_from_base.rotation;
+            turned_rad += before.angle_to(&now);
+            before = now;
+            if turned_rad.abs() >= turn_rad.abs() {
+                break;
+            }
             if period.is_multiple_of(N_PERIODS_PER_LOOK) {
                 self.observe_home()?;
             }
         }
         self.robot.wait(3.0 * PERIOD_SECS)?;
-        self.viewed.push(Point2::from(here.translation.vector));
-        self.show_map()
+        self.observe_home()
     }
 
     fn next_frontier(&mut self, spent: &[Point2<f64>]) -> Result<Option<Pose2>, AgentError> {
@@ -172,8 +188,8 @@ impl Executive<'_> {
         const N_PLACES: usize = 120;
         let grid = self.inflated();
         let here = self.map_from_base()?;
-        let patches = self.unviewed_patches();
-        if patches.len() < N_PATCHES_MIN {
+        let patches = self.viewed.missing(&self.aosm.grid);
+        if patches.len() < N_PATCHES_MIN as usize {
             return Ok(None);
         }
         let mut best: Option<(f64, Pose2)> = None;
@@ -187,36 +203,27 @@ impl Executive<'_> {
             if !grid.is_free_at(&place) || is_near(&place, spent, 0.3) {
                 continue;
             }
-            let n_seen = patches
+            let seen = patches
                 .iter()
-                .filter(|patch| self.is_in_view(&place, patch))
-                .count();
+                .filter(|patch| self.is_in_view(&place, patch));
+            let (mut n_seen, mut ahead) = (0_u32, Vector2::zeros());
+            for patch in seen {
+                n_seen += 1;
+                ahead += patch - place;
+            }
             if n_seen < N_PATCHES_MIN {
                 continue;
             }
-            let goal = Pose2::new(place.coords, here.rotation.angle());
+            let goal = Pose2::new(place.coords, ahead.y.atan2(ahead.x));
             let Ok((_, length_m)) = path_on(&grid, &here, &goal) else {
                 continue;
             };
-            let gain = n_seen as f64 / (2.0 + length_m);
+            let gain = f64::from(n_seen) / (2.0 + length_m);
             if best.as_ref().is_none_or(|(most, _)| gain > *most) {
                 best = Some((gain, goal));
             }
         }
         Ok(best.map(|(_, goal)| goal))
-    }
-
-    /// Patches of free floor that no stop has had in view.
-    fn unviewed_patches(&self) -> Vec<Point2<f64>> {
-        let stride = (PATCH_M / self.aosm.grid.resolution_m()).round().max(1.0) as usize;
-        self.aosm
-            .grid
-            .indices()
-            .filter(|index| index.column % stride == 0 && index.row % stride == 0)
-            .filter(|index| self.aosm.grid.cell(*index).is_free())
-            .map(|index| self.aosm.grid.center_of(index))
-            .filter(|patch| !self.viewed.iter().any(|stop| self.is_in_view(stop, patch)))
-            .collect()
     }
 
     fn is_in_view(&self, from: &Point2<f64>, patch: &Point2<f64>) -> bool {

@@ -22,6 +22,7 @@ mod senses;
 mod settings;
 mod surroundings;
 mod tell;
+mod viewed;
 
 pub use checkpoint::{Checkpoint, Stage};
 pub use error::AgentError;

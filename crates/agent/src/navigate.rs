@@ -12,7 +12,22 @@ use nalgebra::Point2;
 use crate::act::skill_for;
 use crate::drive::{self, Drive, Watch};
 use crate::senses::Care;
+use crate::viewed::half_view_rad;
 use crate::{AgentError, Executive};
+
+/// Where to stand for an option.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum BaseChoice {
+    /// Its skill could start from here, as far as is known.
+    Possible(Pose2),
+    /// It could start from nowhere.
+    None {
+        /// The nearest place of its navigation symbol that a path leads to: seen from there, things may be different.
+        nearest: Option<Pose2>,
+        /// What is in the way, by the last place looked at.
+        reason: String,
+    },
+}
 
 impl Executive<'_> {
     /// The nearest base pose of the option's navigation symbol from which its skill could start.
@@ -20,20 +35,16 @@ impl Executive<'_> {
         &mut self,
         option: &OptionSpec,
         spent: &[Pose2],
-        reason: &mut String,
-    ) -> Result<Option<Pose2>, AgentError> {
+    ) -> Result<BaseChoice, AgentError> {
         /// Poses nearer than this to one that failed are not tried again, metres.
         const APART_M: f64 = 0.08;
         let grid = self.inflated();
         let here = self.map_from_base()?;
         let poses = self.grounded(option, &grid);
-        if poses.is_empty() {
-            *reason = format!(
-                "no free place to stand for {} at `{}`",
-                option.step.name, option.object
-            );
-            return Ok(None);
-        }
+        let mut reason = format!(
+            "no free place to stand for {} at `{}`",
+            option.step.name, option.object
+        );
         let mut reachable: Vec<(f64, Pose2)> = poses
             .into_iter()
             .filter(|pose| {
@@ -52,18 +63,20 @@ impl Executive<'_> {
         let skill = skill_for(option);
         let state = self.robot.state()?;
         let stride = (reachable.len() / self.settings.n_base_checks).max(1);
+        let mut nearest = None;
         for (_, pose) in reachable.into_iter().step_by(stride) {
             if let Err(why) = self.path_to(&pose)? {
-                *reason = why;
+                reason = why;
                 continue;
             }
+            nearest = nearest.or(Some(pose));
             let situation = self.situation(option, &pose)?;
             match skill.initiation(&situation, &state, &mut self.rng)? {
-                Initiation::Possible => return Ok(Some(pose)),
-                Initiation::Impossible(failure) => *reason = failure.to_string(),
+                Initiation::Possible => return Ok(BaseChoice::Possible(pose)),
+                Initiation::Impossible(failure) => reason = failure.to_string(),
             }
         }
-        Ok(None)
+        Ok(BaseChoice::None { nearest, reason })
     }
 
     /// Base poses of an option's navigation symbol, in free space.
@@ -159,7 +172,14 @@ impl Executive<'_> {
         if let Some(map) = self.senses.map() {
             self.aosm.grid.clone_from(map);
         }
+        let (here, half_view_rad) = (self.map_from_base()?, self.half_view_rad());
+        self.viewed.add_look(&self.aosm.grid, &here, half_view_rad);
         Ok(())
+    }
+
+    /// Half of what the camera sees from left to right, less a margin, radians.
+    pub(crate) fn half_view_rad(&self) -> f64 {
+        half_view_rad(self.model.description().sensors.camera.as_ref())
     }
 
     /// Looks a few times at rest, so that what is acted on is known as well as can be.
@@ -197,10 +217,12 @@ impl Executive<'_> {
         const NEAR_M: f64 = 0.12;
         let base_from_held = self.base_from_held()?;
         let start_drift = self.senses.map_from_odom();
+        let half_view_rad = self.half_view_rad();
         let Self {
             robot,
             senses,
             aosm,
+            viewed,
             ..
         } = self;
         let footprint_m = robot
@@ -213,7 +235,8 @@ impl Executive<'_> {
         let ended = drive::follow(*robot, start_drift, path, length_m, &mut |robot| {
             senses.feel(robot)?;
             n_looks += 1;
-            if n_looks.is_multiple_of(8) {
+            let is_look = n_looks.is_multiple_of(8);
+            if is_look {
                 senses.look(robot, aosm, base_from_held, Care::InPassing)?;
             }
             let state = robot.state()?;
@@ -223,6 +246,9 @@ impl Executive<'_> {
                 ));
             }
             let map_from_base = senses.map_from_odom() * state.odom_from_base;
+            if let Some(map) = senses.map().filter(|_| is_look) {
+                viewed.add_look(map, &map_from_base, half_view_rad);
+            }
             if let Some(map) = senses.map()
                 && n_looks.is_multiple_of(3)
                 && let Some(place) = obstacle_on(

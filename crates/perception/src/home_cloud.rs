@@ -1,5 +1,9 @@
 //! The home's point cloud in the map frame, one mean point a voxel, built from depth images.
+//!
+//! What a later image sees through is there no more, or never was: things are moved, depth is noisy from afar, and
+//! the robot's own pose was known less well then.
 
+use crate::detect::depth_at;
 use crate::sensing::DepthFrame;
 use factotum_geometry::Pose;
 use factotum_geometry::cloud::PointCloud;
@@ -47,7 +51,8 @@ impl HomeCloud {
         cloud
     }
 
-    /// Adds an image taken at `map_from_base`; `keep(label)` chooses what belongs to the home.
+    /// Adds an image taken at `map_from_base`, and removes what it sees through; `keep(label)` chooses what belongs to
+    /// the home.
     ///
     /// Returns how many points were added. Once the most voxels are in use, known ones are still refined.
     pub fn add(
@@ -56,6 +61,7 @@ impl HomeCloud {
         frame: &DepthFrame,
         keep: impl Fn(u16) -> bool,
     ) -> usize {
+        self.remove_seen_through(map_from_base, frame);
         let camera = Point3::from(frame.base_from_optical.translation.vector);
         let mut n_added = 0;
         for point in frame.cloud_in_base(keep).points() {
@@ -65,6 +71,29 @@ impl HomeCloud {
             n_added += usize::from(self.add_point(&(map_from_base * point)));
         }
         n_added
+    }
+
+    fn remove_seen_through(&mut self, map_from_base: &Pose, frame: &DepthFrame) {
+        /// Surfaces are known no better than this, metres, and metres per metre of distance.
+        const MARGIN: (f64, f64) = (0.03, 0.01);
+        let map_from_optical = map_from_base * frame.base_from_optical;
+        let optical_from_map = map_from_optical.inverse();
+        let place = Point2::from(map_from_optical.translation.vector.xy());
+        let is_seen_through = |voxel: &Voxel| {
+            let point = optical_from_map * Point3::from(voxel.mean);
+            let margin_m = MARGIN.0 + MARGIN.1 * point.z;
+            point.z < self.distance_max_m
+                && surroundings(frame, &point)
+                    .is_some_and(|nearest_m| nearest_m > point.z + margin_m)
+        };
+        let gone: Vec<[i32; 3]> = self
+            .voxels_near(&place, self.distance_max_m)
+            .filter(|(_, voxel)| is_seen_through(voxel))
+            .map(|(key, _)| *key)
+            .collect();
+        for key in gone {
+            self.voxels.remove(&key);
+        }
     }
 
     /// Adds a point of the map, if there is room for it.
@@ -89,13 +118,21 @@ impl HomeCloud {
         place: &Point2<f64>,
         radius_m: f64,
     ) -> impl Iterator<Item = Point3<f64>> + '_ {
+        self.voxels_near(place, radius_m)
+            .map(|(_, voxel)| Point3::from(voxel.mean))
+    }
+
+    fn voxels_near(
+        &self,
+        place: &Point2<f64>,
+        radius_m: f64,
+    ) -> impl Iterator<Item = (&[i32; 3], &Voxel)> + '_ {
         let index = |coordinate_m: f64| (coordinate_m / self.voxel_m).floor() as i32;
         let [first, last] =
             [-radius_m, radius_m].map(|reach_m| [place.x, place.y].map(|v| index(v + reach_m)));
         self.voxels
             .range([first[0], i32::MIN, i32::MIN]..=[last[0], i32::MAX, i32::MAX])
             .filter(move |(key, _)| (first[1]..=last[1]).contains(&key[1]))
-            .map(|(_, voxel)| Point3::from(voxel.mean))
     }
 
     /// Number of voxels with points.
@@ -119,6 +156,20 @@ impl HomeCloud {
             .filter(|voxel| voxel.n_points >= n_points_min);
         PointCloud::new(kept.map(|voxel| Point3::from(voxel.mean)).collect())
     }
+}
+
+/// The least depth measured at a point of the optical frame and right around it (m): thin things fill no pixel. Nothing
+/// if the point is out of the image, or one of these pixels measured nothing.
+fn surroundings(frame: &DepthFrame, point_in_optical: &Point3<f64>) -> Option<f64> {
+    let pixel = [1.0 / frame.fx, 1.0 / frame.fy].map(|angle| angle * point_in_optical.z);
+    let mut least_m = f64::INFINITY;
+    for right in [-1.0, 0.0, 1.0] {
+        for down in [-1.0, 0.0, 1.0] {
+            let offset = Vector3::new(right * pixel[0], down * pixel[1], 0.0);
+            least_m = least_m.min(depth_at(frame, &(point_in_optical + offset))?);
+        }
+    }
+    Some(least_m)
 }
 
 #[cfg(test)]

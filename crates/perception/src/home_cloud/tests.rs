@@ -106,3 +106,35 @@ fn what_is_near_is_what_is_near_in_the_whole_cloud() {
     assert!(near.len() > 100 && near.len() < cloud.len());
     assert_eq!(near, all);
 }
+
+#[test]
+fn what_was_taken_away_is_gone_once_seen_through() {
+    let base = Pose::identity();
+    let at_front = at([0.9, 0.0, 0.0], [0.0; 3]);
+    let behind = at([1.3, 0.0, 0.0], [0.0; 3]);
+    let look = |places: &[Pose], seed| {
+        let things = places.iter().map(|place| (bottle(), *place, "bottle"));
+        let scene = Scene {
+            things: things.collect(),
+            sigma_m: 0.002,
+        };
+        scene.look(&camera(0.8), seed)
+    };
+    let n_near = |cloud: &HomeCloud, x: f64| {
+        let cloud = cloud.to_cloud(1);
+        let points = cloud.points().iter();
+        points
+            .filter(|p| p.z > 0.1 && (p.x - x).hypot(p.y) < 0.06)
+            .count()
+    };
+    let mut cloud = HomeCloud::new(0.03, 3.0);
+    cloud.add(&base, &look(&[behind], 1), |_| true);
+    let n_behind = n_near(&cloud, 1.3);
+    assert!(n_behind > 5, "{n_behind}");
+    cloud.add(&base, &look(&[at_front, behind], 2), |_| true);
+    assert!(n_near(&cloud, 0.9) > 5);
+    assert!(n_near(&cloud, 1.3) >= n_behind, "hidden things stay");
+    cloud.add(&base, &look(&[behind], 3), |_| true);
+    assert_eq!(n_near(&cloud, 0.9), 0);
+    assert!(n_near(&cloud, 1.3) >= n_behind);
+}

@@ -271,20 +271,16 @@ fn camera_and_lidar_see_what_single_rays_meet() -> Result<(), PhysicsError> {
         let pose = Pose::from_parts(at, turn);
         let camera = PinholeCamera::from_fovy(44, 31, 1.2)?;
         let image = depth_image(&state, &camera, &pose, [0.1, 4.0], &[])?;
-        for i in 0..image.depth_m.len() {
+        for (i, (depth_m, geom)) in image.depth_m.iter().zip(&image.geom).enumerate() {
             let ray = camera.ray_in_optical((i % 44) as f64, (i / 44) as f64);
             let dir = pose.rotation * ray.normalize();
             let one = state
                 .ray(Point3::from(at.vector), dir, &filter)
                 .map(|hit| (hit.distance_m / ray.norm(), hit.geom))
                 .filter(|(depth_m, _)| (0.1..=4.0).contains(depth_m));
-            assert_eq!(
-                image.geom[i],
-                one.map(|(_, geom)| geom),
-                "pixel {i} of {seed}"
-            );
-            let depth_m = one.map_or(0.0, |(depth_m, _)| depth_m);
-            assert_relative_eq!(f64::from(image.depth_m[i]), depth_m, epsilon = 1e-6);
+            assert_eq!(*geom, one.map(|(_, geom)| geom), "pixel {i} of {seed}");
+            let wanted_m = one.map_or(0.0, |(depth_m, _)| depth_m);
+            assert_relative_eq!(f64::from(*depth_m), wanted_m, epsilon = 1e-6);
             n_seen += usize::from(one.is_some());
         }
         let ranges_m = planar_scan(&state, &pose, -1.0, 0.01, 300, [0.05, 5.0], &[])?;
