@@ -21,6 +21,9 @@ const DOUBTED_STD_M: f64 = 0.1;
 /// Standard deviation of the position of an object that was let go and not seen since, metres.
 const LOST_STD_M: f64 = 0.3;
 
+/// Standard deviation of the position of an object that may be anywhere, metres.
+const ANYWHERE_STD_M: f64 = 10.0;
+
 /// An effect that was looked for: there, or why it is not.
 type Effect = Result<(), String>;
 
@@ -109,7 +112,7 @@ impl Executive<'_> {
         let mut object = self.aosm.object(name)?.clone();
         object.location = Location::Loose;
         object.map_from_object = *believed_at;
-        object.position_std_m = f64::INFINITY;
+        object.position_std_m = ANYWHERE_STD_M;
         self.aosm.objects.insert(name.to_owned(), object.clone());
         self.senses.forget(name);
         let names = |this: &Self| -> BTreeSet<String> {
@@ -124,7 +127,7 @@ impl Executive<'_> {
             sighting = self.aosm.objects.remove(stranger);
         }
         let seen = sighting
-            .filter(|seen| seen.position_std_m.is_finite())
+            .filter(|seen| seen.position_std_m < ANYWHERE_STD_M)
             .map(|seen| (seen.map_from_object, seen.position_std_m));
         object.position_std_m = LOST_STD_M;
         self.aosm.objects.insert(name.to_owned(), object);
