@@ -36,12 +36,17 @@ impl Executive<'_> {
     pub(crate) fn look_for(&mut self, name: &str) -> Result<Effect, AgentError> {
         /// An object seen this far from where it was known to be has been moved, metres.
         const MOVED_M: f64 = 0.08;
-        let known = self.aosm.object(name)?.clone();
+        let gone = || Ok(Err(format!("`{name}` is no longer where it was")));
+        // That it is gone may have been seen on the way already.
+        let Some(object) = self.aosm.objects.get_mut(name) else {
+            return gone();
+        };
+        let known = object.clone();
+        object.position_std_m = DOUBTED_STD_M;
         self.senses.doubt(name, DOUBTED_STD_M);
-        self.aosm.object_mut(name)?.position_std_m = DOUBTED_STD_M;
         self.look_closely()?;
         let Some(object) = self.aosm.objects.get_mut(name) else {
-            return Ok(Err(format!("`{name}` is no longer where it was")));
+            return gone();
         };
         if object.position_std_m >= DOUBTED_STD_M {
             // It was out of view.

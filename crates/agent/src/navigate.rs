@@ -1,13 +1,15 @@
 //! Interleaved navigation: where to stand for an option, and how to get there (thesis 5.3).
 
-use factotum_geometry::Pose2;
+use std::f64::consts::{PI, TAU};
+
 use factotum_geometry::frames::planar_from_pose;
 use factotum_geometry::grid::OccupancyGrid;
+use factotum_geometry::{Pose, Pose2};
 use factotum_motion::{InflatedGrid, InflationOptions};
 use factotum_semantic_map::{GraphNode, OptionSpec, TopologicalGraph};
 use factotum_skills::{Initiation, is_holding};
 use factotum_symbols::ground;
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
 use crate::act::skill_for;
 use crate::drive::{self, Drive, Watch};
@@ -22,7 +24,8 @@ pub(crate) enum BaseChoice {
     Possible(Pose2),
     /// It could start from nowhere.
     None {
-        /// The nearest place of its navigation symbol that a path leads to: seen from there, things may be different.
+        /// The nearest place of its navigation symbol that a path leads to, or else one from which the object may be
+        /// seen: from there, things may look different.
         nearest: Option<Pose2>,
         /// What is in the way, by the last place looked at.
         reason: String,
@@ -76,7 +79,45 @@ impl Executive<'_> {
                 Initiation::Impossible(failure) => reason = failure.to_string(),
             }
         }
+        if nearest.is_none() {
+            nearest = self.place_to_see(&option.anchor.map_from_object, &grid, &here);
+        }
         Ok(BaseChoice::None { nearest, reason })
+    }
+
+    /// The nearest free place that a path leads to and from which an object may be seen well.
+    fn place_to_see(
+        &self,
+        map_from_object: &Pose,
+        grid: &InflatedGrid,
+        here: &Pose2,
+    ) -> Option<Pose2> {
+        /// Far enough to have it in view, near enough to see it well, metres.
+        const DISTANCES_M: [f64; 3] = [0.9, 1.2, 1.5];
+        const N_TURNS: u32 = 16;
+        /// What stands at the object itself does not hide it, metres.
+        const AT_OBJECT_M: f64 = 0.3;
+        let object = map_from_object.translation.vector.xy();
+        let mut best: Option<(f64, Pose2)> = None;
+        for distance_m in DISTANCES_M {
+            for turn in 0..N_TURNS {
+                let bearing = TAU * f64::from(turn) / f64::from(N_TURNS);
+                let away = Vector2::new(bearing.cos(), bearing.sin());
+                let place = Point2::from(object + distance_m * away);
+                let seen = Point2::from(object + AT_OBJECT_M * away);
+                if !grid.is_free_at(&place) || !self.aosm.grid.is_line_free(&place, &seen) {
+                    continue;
+                }
+                let pose = Pose2::new(place.coords, bearing + PI);
+                let Ok((_, length_m)) = drive::path_on(grid, here, &pose) else {
+                    continue;
+                };
+                if best.is_none_or(|(least_m, _)| length_m < least_m) {
+                    best = Some((length_m, pose));
+                }
+            }
+        }
+        best.map(|(_, pose)| pose)
     }
 
     /// Base poses of an option's navigation symbol, in free space.

@@ -86,6 +86,8 @@ pub struct Detection {
     pub distance_m: f64,
     /// Whether its heading about Λ's z axis means nothing.
     pub is_yaw_symmetric: bool,
+    /// Whether turning it otherwise explains the points clearly worse. From afar, small things may be turned anyhow.
+    pub is_turn_sure: bool,
     /// Whether it belongs to the building.
     pub is_fixed: bool,
 }
@@ -135,6 +137,11 @@ const N_LYING_MIN: usize = 30;
 /// Lying must cost less than this share of standing.
 const LYING_GAIN: f64 = 0.7;
 
+/// Fits turned by less than this are of one turn, radians.
+const SAME_TURN_RAD: f64 = 0.4;
+/// Other turns must cost this many times more for a turn to be sure.
+const TURN_CONTRAST: f64 = 1.5;
+
 /// How an object may be turned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Posture {
@@ -153,6 +160,8 @@ struct Fit {
     fitness: f64,
     /// Less is better.
     cost: f64,
+    /// Whether other turns cost clearly more.
+    is_turn_sure: bool,
 }
 
 /// One instance's points and what the camera saw around it.
@@ -273,6 +282,7 @@ impl Detector {
             fitness: best.fitness,
             distance_m: (view.center - view.camera).norm(),
             is_yaw_symmetric: model.is_yaw_symmetric,
+            is_turn_sure: best.is_turn_sure,
             is_fixed: model.is_fixed,
         })
     }
@@ -300,10 +310,20 @@ impl Detector {
             .collect();
         // Stable: of equal fits the earlier start comes first.
         tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        distinct(tried, N_CLOSE)
-            .iter()
-            .filter_map(|fit| self.fit(model, view, posture, fit.base_from_object, &[3.0, 1.5]))
-            .min_by(|a, b| a.cost.total_cmp(&b.cost))
+        let starts = distinct(&tried, N_CLOSE);
+        let close = |fit: &Fit| self.fit(model, view, posture, fit.base_from_object, &[3.0, 1.5]);
+        let mut best = starts
+            .into_iter()
+            .filter_map(close)
+            .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        let is_other = |fit: &Fit| {
+            let (a, b) = (best.base_from_object, fit.base_from_object);
+            a.rotation.angle_to(&b.rotation) > SAME_TURN_RAD
+        };
+        let other = tried.iter().find(|fit| is_other(fit)).and_then(close);
+        best.is_turn_sure =
+            other.is_none_or(|other| !is_other(&other) || other.cost > TURN_CONTRAST * best.cost);
+        Some(best)
     }
 
     /// The model refined from one pose, with pairs up to each of `reaches` outlier distances apart, each time
@@ -377,16 +397,17 @@ impl Detector {
             rms_m: (explained_m2 / n_explained.max(1) as f64).sqrt(),
             fitness: n_explained as f64 / n,
             cost: truncated / (n * outlier_m2) + seen_through,
+            is_turn_sure: true,
         })
     }
 }
 
 /// The first `n_max` fits that are not the same pose again.
-fn distinct(fits: Vec<Fit>, n_max: usize) -> Vec<Fit> {
+fn distinct(fits: &[Fit], n_max: usize) -> Vec<&Fit> {
     /// Fits nearer than this end in the same minimum (m, rad).
     const SAME_M: f64 = 0.02;
     const SAME_RAD: f64 = 0.2;
-    let mut kept: Vec<Fit> = Vec::new();
+    let mut kept: Vec<&Fit> = Vec::new();
     for fit in fits {
         let is_new = kept.iter().all(|other| {
             let apart = other.base_from_object.inverse() * fit.base_from_object;

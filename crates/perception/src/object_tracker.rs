@@ -2,7 +2,8 @@
 //!
 //! A detection belongs to the nearest known object of its class, if that is within the gate; otherwise it is
 //! a new object. Position and heading of an object are means weighted by inverse variance, which grows
-//! with the distance from which it was seen and with the robot's own uncertainty.
+//! with the distance from which it was seen and with the robot's own uncertainty. How it is turned is learned from
+//! detections that are sure of it, once there is one.
 
 use crate::detect::Detection;
 use factotum_geometry::Pose;
@@ -51,6 +52,8 @@ pub struct TrackedObject {
     pub n_seen: usize,
     /// Whether its heading about Λ's z axis means nothing.
     pub is_yaw_symmetric: bool,
+    /// Whether any detection was sure of how it is turned.
+    pub is_turn_sure: bool,
     /// Whether it belongs to the building.
     pub is_fixed: bool,
     /// Best share of points explained by the model in any detection.
@@ -166,6 +169,7 @@ impl ObjectTracker {
             sigma_m,
             n_seen: 1,
             is_yaw_symmetric: detection.is_yaw_symmetric,
+            is_turn_sure: detection.is_turn_sure,
             is_fixed: detection.is_fixed,
             fitness_max: detection.fitness,
         });
@@ -180,10 +184,15 @@ impl ObjectTracker {
             sigma_m.max(floor_m).powi(-2),
         );
         let share = new / (old + new);
+        let turn_share = match (object.is_turn_sure, detection.is_turn_sure) {
+            (true, false) => 0.0,
+            (false, true) => 1.0,
+            (true, true) | (false, false) => share,
+        };
         let rotation = mean_rotation(
             &object.map_from_object.rotation,
             &pose.rotation,
-            share,
+            turn_share,
             object.is_yaw_symmetric,
         );
         let translation = object
@@ -193,6 +202,7 @@ impl ObjectTracker {
             .lerp(&pose.translation.vector, share);
         object.map_from_object = Pose::from_parts(translation.into(), rotation);
         object.sigma_m = (old + new).recip().sqrt().max(floor_m);
+        object.is_turn_sure |= detection.is_turn_sure;
         object.n_seen += 1;
         object.fitness_max = object.fitness_max.max(detection.fitness);
         object.id

@@ -15,6 +15,7 @@ fn seen(class: &str, base_from_object: Pose, distance_m: f64) -> Detection {
         fitness: 0.9,
         distance_m,
         is_yaw_symmetric: false,
+        is_turn_sure: true,
         is_fixed: false,
     }
 }
@@ -119,4 +120,26 @@ proptest! {
         prop_assert!((mean.angle_to(&a) - share * whole).abs() < 1e-6);
         prop_assert!((mean.angle_to(&b) - (1.0 - share) * whole).abs() < 1e-6);
     }
+}
+
+#[test]
+fn a_sure_turn_replaces_guesses_and_no_guess_moves_it() {
+    let turned = |yaw_rad: f64, is_turn_sure| Detection {
+        is_turn_sure,
+        ..seen("switch", at([1.0, 0.0, 1.0], [0.0, 0.0, yaw_rad]), 1.0)
+    };
+    let mut tracker = ObjectTracker::new(TrackerParams::default());
+    let mut yaw_after = |yaw_rad, is_turn_sure| {
+        let sighting = [turned(yaw_rad, is_turn_sure)];
+        let ids = tracker.observe(&Pose::identity(), 0.0, &sighting);
+        let object = tracker.object(ids[0]).unwrap();
+        object.map_from_object.rotation.euler_angles().2
+    };
+    assert!((yaw_after(2.0, false) - 2.0).abs() < 1e-9);
+    let between = yaw_after(1.0, false);
+    assert!(between > 1.1 && between < 1.9, "{between}");
+    assert!((yaw_after(0.2, true) - 0.2).abs() < 1e-9);
+    assert!((yaw_after(2.0, false) - 0.2).abs() < 1e-9);
+    let mean = yaw_after(0.4, true);
+    assert!(mean > 0.2 && mean < 0.4, "{mean}");
 }
