@@ -90,7 +90,7 @@ fn broken_models_are_errors_that_say_where() {
     for (xml, expected) in [
         (
             "<mujoco><worldbody><geom size='1'></worldbody></mujoco>",
-            "Line number=1",
+            "line 1 ",
         ),
         (
             "<mujoco><worldbody><gem size='1'/></worldbody></mujoco>",
