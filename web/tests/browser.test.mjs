@@ -43,7 +43,8 @@ describe("the page", { skip, concurrency: false }, () => {
         problems.push(message.text());
       }
     });
-    page.setDefaultTimeout(30_000);
+    // The picture is drawn by the processor here; on a busy machine that takes its time.
+    page.setDefaultTimeout(120_000);
     try {
       await page.goto(url);
       await look(page);
