@@ -92,13 +92,8 @@ impl Executive<'_> {
     /// elsewhere.
     pub(crate) fn check_placed(&mut self, name: &str, target: &str) -> Result<Effect, AgentError> {
         let map_from_target = self.aosm.object(target)?.map_from_object;
-        let seen = self.seek(name, &map_from_target, Self::look_closely)?;
-        let object = self.aosm.object_mut(name)?;
-        if let Some((map_from_object, std_m)) = seen {
-            object.map_from_object = map_from_object;
-            object.position_std_m = std_m;
-        }
-        let map_from_object = object.map_from_object;
+        self.seek(name, &map_from_target, Self::look_closely)?;
+        let map_from_object = self.aosm.object(name)?.map_from_object;
         if self.is_within(target, &map_from_object)? {
             self.aosm.object_mut(name)?.location = Location::In(target.to_owned());
             return Ok(Ok(()));
@@ -107,13 +102,14 @@ impl Executive<'_> {
     }
 
     /// Looks for an object that was let go, by intent or not: what turns up near where it is believed to be, or
-    /// was not known before, is taken for it. Without a sighting it is left loose where it is believed to be.
+    /// was not known before, is taken for it. Without a sighting it is left loose where it is believed to be. Tells
+    /// whether it was seen.
     fn seek(
         &mut self,
         name: &str,
         believed_at: &Pose,
         look: impl FnOnce(&mut Self) -> Result<(), AgentError>,
-    ) -> Result<Option<(Pose, f64)>, AgentError> {
+    ) -> Result<bool, AgentError> {
         let mut object = self.aosm.object(name)?.clone();
         object.location = Location::Loose;
         object.map_from_object = *believed_at;
@@ -131,12 +127,15 @@ impl Executive<'_> {
             self.senses.rename(stranger, name);
             sighting = self.aosm.objects.remove(stranger);
         }
-        let seen = sighting
-            .filter(|seen| seen.position_std_m < ANYWHERE_STD_M)
-            .map(|seen| (seen.map_from_object, seen.position_std_m));
+        let seen = sighting.filter(|seen| seen.position_std_m < ANYWHERE_STD_M);
+        let is_seen = seen.is_some();
         object.position_std_m = LOST_STD_M;
+        if let Some(seen) = seen {
+            object.map_from_object = seen.map_from_object;
+            object.position_std_m = seen.position_std_m;
+        }
         self.aosm.objects.insert(name.to_owned(), object);
-        Ok(seen)
+        Ok(is_seen)
     }
 
     /// Whether the origin of a pose is within the box about an object, as far as poses are known.
@@ -166,15 +165,8 @@ impl Executive<'_> {
         };
         self.tcp_from_held = None;
         self.tuck()?;
-        match self.seek(name, &map_from_object, Self::look_around)? {
-            Some((map_from_object, std_m)) => {
-                let object = self.aosm.object_mut(name)?;
-                object.map_from_object = map_from_object;
-                object.position_std_m = std_m;
-            }
-            None => {
-                self.aosm.objects.remove(name);
-            }
+        if !self.seek(name, &map_from_object, Self::look_around)? {
+            self.aosm.objects.remove(name);
         }
         let object = name.to_owned();
         Ok(Err(Failure::Slipped { object }.to_string()))

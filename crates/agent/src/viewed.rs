@@ -143,9 +143,9 @@ fn squares_along(
 /// The shortest turns after which each of some bearings (relative to the heading, in rising order, in `0..TAU`) has been
 /// within `half_view_rad` of the heading: to one side, or to one side and back to the other.
 fn shortest_turns(bearings: &[f64], half_view_rad: f64) -> Vec<f64> {
-    let (Some(_), Some(_)) = (bearings.first(), bearings.last()) else {
+    if bearings.is_empty() {
         return Vec::new();
-    };
+    }
     // The first `n_left` bearings are reached by turning left, the others by turning right.
     let sides = (0..=bearings.len()).map(|n_left| {
         let left = match n_left {
