@@ -21,6 +21,8 @@ use crate::server::Shared;
 const SEND_PERIOD: Duration = Duration::from_millis(16);
 /// A page that takes nothing for so long is gone.
 const SEND_TIMEOUT: Duration = Duration::from_secs(20);
+/// A page that is slow to hear that we leave will notice by itself.
+const CLOSE_TIMEOUT: Duration = Duration::from_millis(500);
 /// A quiet connection is tried this often, so that one that broke is noticed.
 const PING_PERIOD: Duration = Duration::from_secs(10);
 /// Commands that a page may send in one [`COMMANDS_WINDOW`]; hands are slower.
@@ -32,16 +34,22 @@ const ANSWERS_MAX: usize = 8;
 
 /// Serves a page until it leaves, breaks a rule, or the studio shuts down.
 pub(crate) async fn serve(socket: WebSocket, shared: &Shared) {
-    let (sink, stream) = socket.split();
+    let (sink, mut stream) = socket.split();
     let (answers, answers_to_send) = mpsc::channel(ANSWERS_MAX);
     let mut closing = shared.closing.subscribe();
     let mut sender = Sender { sink };
     let end = tokio::select! {
         end = sender.run(shared, answers_to_send) => end,
-        end = receive(stream, shared, answers) => end,
+        end = receive(&mut stream, shared, answers) => end,
         _ = closing.wait_for(|closing| *closing) => End::Away,
     };
     sender.close(end).await;
+    // A socket dropped with words of the page unread resets the connection, and the page may never
+    // hear why it was closed: so they are read, and dropped, until the page has closed too.
+    let rest = async { while let Some(Ok(_)) = stream.next().await {} };
+    if timeout(CLOSE_TIMEOUT, rest).await.is_err() {
+        tracing::debug!("page was slow to leave");
+    }
 }
 
 /// How a connection ends.
@@ -123,8 +131,7 @@ impl Sender {
             code,
             reason: reason.into(),
         }));
-        // A page that is slow to hear that we leave will notice by itself.
-        if timeout(Duration::from_millis(500), self.sink.send(message))
+        if timeout(CLOSE_TIMEOUT, self.sink.send(message))
             .await
             .is_err()
         {
@@ -135,7 +142,7 @@ impl Sender {
 
 /// Takes commands; what cannot be taken is answered with an event for this page alone.
 async fn receive(
-    mut stream: SplitStream<WebSocket>,
+    stream: &mut SplitStream<WebSocket>,
     shared: &Shared,
     answers: mpsc::Sender<ServerMessage>,
 ) -> End {
