@@ -179,14 +179,24 @@ impl Executive<'_> {
         Ok(obstacles)
     }
 
-    /// Brings the arm to its driving posture, clear of everything seen.
+    /// Brings the arm to its driving posture, clear of everything seen, unless it is there.
     pub(crate) fn tuck(&mut self) -> Result<(), AgentError> {
+        /// An arm this near to a posture is in it, rad or m.
+        const THERE: f64 = 0.05;
+        let rest = self.model.q_rest();
+        let state = self.robot.state()?;
+        let q = self.model.q_from_state(state.lift_m, &state.arm_positions);
+        if q.iter()
+            .zip(&rest)
+            .all(|(q, rest)| (q - rest).abs() < THERE)
+        {
+            return Ok(());
+        }
         let map_from_base = self.map_from_base()?;
         let base_from_map = pose_from_planar(&map_from_base, 0.0).inverse();
         let held = self.held_view()?.map(|held| held.as_held());
         let obstacles = self.obstacles(&base_from_map, &[])?;
         let mut scene = PlanningScene::new(&self.model, &obstacles, held.as_ref())?;
-        let rest = self.model.q_rest();
         let tucked = ArmMotion::new(self.robot, &self.model, &mut self.rng)
             .go_to_posture(&mut scene, &rest, "rest")?;
         if let Err(failure) = tucked {

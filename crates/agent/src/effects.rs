@@ -28,12 +28,12 @@ const ANYWHERE_STD_M: f64 = 10.0;
 type Effect = Result<(), String>;
 
 impl Executive<'_> {
-    /// Looks closely at an object that is to be acted on; the answer is what about it is not as it was known, if
-    /// something is not.
+    /// Looks closely at an object that is to be acted on; the answer is what about it is not as it was known before the
+    /// robot came near, if something is not.
     ///
     /// What was seen of it from elsewhere carries the error of having been elsewhere: now that the arm depends on it, the
     /// new pictures alone say where it is.
-    pub(crate) fn look_for(&mut self, name: &str) -> Result<Effect, AgentError> {
+    pub(crate) fn look_for(&mut self, name: &str, known_at: &Pose) -> Result<Effect, AgentError> {
         /// An object seen this far from where it was known to be has been moved, metres.
         const MOVED_M: f64 = 0.08;
         let gone = || Ok(Err(format!("`{name}` is no longer where it was")));
@@ -41,7 +41,7 @@ impl Executive<'_> {
         let Some(object) = self.aosm.objects.get_mut(name) else {
             return gone();
         };
-        let known = object.clone();
+        let known_std_m = object.position_std_m;
         object.position_std_m = DOUBTED_STD_M;
         self.senses.doubt(name, DOUBTED_STD_M);
         self.look_closely()?;
@@ -50,10 +50,9 @@ impl Executive<'_> {
         };
         if object.position_std_m >= DOUBTED_STD_M {
             // It was out of view.
-            object.position_std_m = known.position_std_m;
+            object.position_std_m = known_std_m;
         }
-        let moved =
-            object.map_from_object.translation.vector - known.map_from_object.translation.vector;
+        let moved = object.map_from_object.translation.vector - known_at.translation.vector;
         if moved.norm() > MOVED_M {
             return Ok(Err(format!("`{name}` was moved by {:.2} m", moved.norm())));
         }

@@ -228,6 +228,8 @@ impl<'a> Executive<'a> {
     ) -> Result<Result<(), String>, AgentError> {
         let mut reason = String::new();
         let mut spent: Vec<Pose2> = Vec::new();
+        // Where what is sought was believed to be before the robot set off to it.
+        let mut believed_at = None;
         for attempt in 1..=self.settings.n_attempts_max {
             let option = match self.aosm.option(step) {
                 Ok(option) => option,
@@ -236,6 +238,11 @@ impl<'a> Executive<'a> {
                 }
                 Err(error) => return Err(error.into()),
             };
+            let sought = match &option.kind {
+                OptionKind::Place { target, .. } => target,
+                OptionKind::Pick | OptionKind::Articulate { .. } => &option.object,
+            };
+            let known_at = *believed_at.get_or_insert(self.aosm.object(sought)?.map_from_object);
             self.mark(view, StepState::Running, None)?;
             let (map_from_base, can_act) = match self.choose_base(&option, &spent)? {
                 BaseChoice::Possible(pose) => (pose, true),
@@ -269,12 +276,9 @@ impl<'a> Executive<'a> {
                 continue;
             }
             self.mark(view, StepState::Done, None)?;
-            let sought = match &option.kind {
-                OptionKind::Place { target, .. } => target,
-                OptionKind::Pick | OptionKind::Articulate { .. } => &option.object,
-            };
-            let (found, robot_secs) = self.timed(|this| this.look_for(sought))?;
+            let (found, robot_secs) = self.timed(|this| this.look_for(sought, &known_at))?;
             if found.is_err() {
+                believed_at = None;
                 self.record(
                     "look",
                     std::slice::from_ref(sought),

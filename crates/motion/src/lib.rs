@@ -18,6 +18,7 @@
 //! | [`manipulability`] | the measure of thesis Eq. 3.2 |
 //! | [`ik`] | inverse kinematics with restarts |
 //! | [`sampling`] | RRT-Connect, RRT*, shortcutting over any validity check |
+//! | [`back_out`] | a short way out of contact, before a plan can begin |
 //! | [`joint_path`] | collision-free joint paths in a scene |
 //! | [`tool_line`] | straight tool motions |
 //! | [`timing`] | jerk-limited timing with blended corners |
@@ -53,6 +54,7 @@
 //! Searches are bounded by explicit caps and say which cap ended them; "no path" is an outcome, not an
 //! error. Everything is deterministic given the random generator that is passed in.
 
+pub mod back_out;
 pub mod base_path;
 pub mod chain;
 pub mod error;
@@ -72,6 +74,7 @@ mod test_arms;
 #[cfg(test)]
 mod test_robots;
 
+pub use back_out::back_out;
 pub use base_path::{BaseOutcome, BasePathOptions, InflatedGrid, InflationOptions, plan_base};
 pub use error::MotionError;
 pub use ik::{IkFailure, IkOptions, IkOutcome, IkPreference, IkSolution, solve_ik, solve_ik_many};

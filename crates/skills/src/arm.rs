@@ -7,7 +7,7 @@ use factotum_control::{
 use factotum_geometry::Pose;
 use factotum_motion::{
     CartesianFailure, CartesianFailureReason, MotionError, PathOutcome, PlanLimits, PlanningScene,
-    RobotModel, ToolLineOptions, plan_joints, plan_tool_line, time_path,
+    RobotModel, ToolLineOptions, back_out, plan_joints, plan_tool_line, time_path,
 };
 use rand_chacha::ChaCha8Rng;
 
@@ -111,7 +111,7 @@ impl<'a> ArmMotion<'a> {
         goals: &[Vec<f64>],
         object: &str,
     ) -> Result<(), Stop> {
-        let start = self.configuration()?;
+        let start = self.start_of_plan(scene, object)?;
         let no_way = |detail: String| Failure::NoWay {
             object: object.to_owned(),
             detail,
@@ -134,6 +134,20 @@ impl<'a> ArmMotion<'a> {
                 Err(no_way("the search reached its limit".to_owned()).into())
             }
         }
+    }
+
+    /// Where the arm is, after it has backed out of what it may touch.
+    fn start_of_plan(&mut self, scene: &mut PlanningScene, object: &str) -> Result<Vec<f64>, Stop> {
+        let here = self.configuration()?;
+        if scene.is_free(&here) {
+            return Ok(here);
+        }
+        // Without a way out the plan says what is touched.
+        let Some(way_out) = back_out(scene, &here, self.rng) else {
+            return Ok(here);
+        };
+        self.follow_near(&way_out, &format!("back out on the way to {object}"))?;
+        self.configuration()
     }
 
     /// Plans around obstacles to a named posture and goes there.
