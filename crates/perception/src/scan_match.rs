@@ -4,7 +4,8 @@
 //! matching", ICRA 2009, sped up by branch and bound), which no local minimum can trap. Then Gauss-Newton
 //! on `Σ w_i (n_iᵀ (T p_i - c_i))² / σ² + |T ⊖ guess|²_prior`, where `n_i` is the direction across the
 //! wall at scan point `p_i`, seen from the scan itself, and `c_i` the locally averaged place of the wall in
-//! the map (Gaussian-weighted occupied cells around `T p_i`), so that the result is finer than a cell.
+//! the map (Gaussian-weighted occupied cells around `T p_i`, each where rays have ended in it if that is known, else at its
+//! centre), so that the result is finer than a cell.
 //! Along directions that the scan does not fix (a corridor) the guess decides.
 //!
 //! | symbol | name | unit |
@@ -18,7 +19,7 @@ use crate::pose_search::{SearchWindow, best_pose};
 use crate::sensing::LaserScan;
 use factotum_geometry::Pose2;
 use factotum_geometry::frames::wrap_angle;
-use factotum_geometry::grid::{CellState, OccupancyGrid, SignedCell};
+use factotum_geometry::grid::{CellState, GridMapper, OccupancyGrid, SignedCell};
 use nalgebra::{Matrix3, Point2, UnitComplex, Vector2, Vector3};
 use std::collections::BTreeMap;
 
@@ -142,6 +143,8 @@ pub(crate) struct WallPoint {
 pub struct ScanMatcher {
     params: ScanMatchParams,
     map: OccupancyGrid,
+    /// Where in each cell its wall is, cells; nothing stands for the centres.
+    places_in_cells: Vec<[f32; 2]>,
     field: LikelihoodField,
 }
 
@@ -155,6 +158,15 @@ impl ScanMatcher {
         Self::with_levels(map, params, N_LEVELS_NEAR)
     }
 
+    /// Matcher for a map in the making, which knows where in its cells the walls are.
+    pub(crate) fn of_mapper(mapper: &GridMapper, params: ScanMatchParams) -> Option<Self> {
+        let matcher = Self::new(&mapper.grid()?, params);
+        Some(Self {
+            places_in_cells: mapper.places_in_cells(),
+            ..matcher
+        })
+    }
+
     pub(crate) fn with_levels(
         map: &OccupancyGrid,
         params: ScanMatchParams,
@@ -164,6 +176,7 @@ impl ScanMatcher {
         Self {
             params,
             map: map.clone(),
+            places_in_cells: Vec::new(),
             field,
         }
     }
@@ -328,6 +341,15 @@ impl ScanMatcher {
         (information, gradient)
     }
 
+    /// Where in a cell of the map its wall is, cells.
+    fn place_in_cell(&self, column: i64, row: i64) -> [f64; 2] {
+        let flat = row * self.map.width() as i64 + column;
+        let place = usize::try_from(flat)
+            .ok()
+            .and_then(|flat| self.places_in_cells.get(flat));
+        place.map_or([0.5, 0.5], |place| place.map(f64::from))
+    }
+
     /// Place of the wall near a point and how much to trust it (0 to 1), or nothing when there is none.
     fn wall_near(&self, place: &Point2<f64>) -> Option<(Point2<f64>, f64)> {
         /// Cells to each side that are averaged.
@@ -348,7 +370,8 @@ impl ScanMatcher {
                 if !cell.is_occupied() {
                     continue;
                 }
-                let offset = Vector2::new(column as f64 + 0.5 - at.x, row as f64 + 0.5 - at.y);
+                let [x, y] = self.place_in_cell(column, row);
+                let offset = Vector2::new(column as f64 + x - at.x, row as f64 + y - at.y);
                 let occupancy = f64::from(cell.percent().unwrap_or(0)) / 100.0;
                 let weight = occupancy * (-0.5 * offset.norm_squared() / (SIGMA * SIGMA)).exp();
                 weight_sum += weight;

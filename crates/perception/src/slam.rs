@@ -270,9 +270,7 @@ impl Slam2d {
         params: SlamParams,
     ) -> Result<Self, GridError> {
         let mapper = GridMapper::from_grid(map, params.mapper)?;
-        let matcher = mapper
-            .grid()
-            .map(|grid| ScanMatcher::new(&grid, params.matcher));
+        let matcher = ScanMatcher::of_mapper(&mapper, params.matcher);
         let filter = PoseFilter::new(map_from_base, params.odometry);
         Ok(Self {
             params,
@@ -303,10 +301,7 @@ impl Slam2d {
         };
         if self.is_keyframe(&update) {
             self.mapper.integrate(&update.map_from_base, scan)?;
-            self.matcher = self
-                .mapper
-                .grid()
-                .map(|grid| ScanMatcher::new(&grid, self.params.matcher));
+            self.matcher = ScanMatcher::of_mapper(&self.mapper, self.params.matcher);
             self.last_keyframe = Some(update.map_from_base);
         }
         Ok(update)

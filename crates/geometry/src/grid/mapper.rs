@@ -4,6 +4,9 @@
 //! Robotics*, 2005, table 9.1) with clamping (Yguel et al. 2007), so that a moved chair is unlearned.
 //! As in Cartographer (Hess et al., ICRA 2016, section IV), a scan updates each cell at most once and a
 //! hit outweighs a pass, so grazing rays do not erode walls.
+//!
+//! Beside its log-odds a cell keeps the mean of the ray ends that fell into it, as GMapping's does (Grisetti, Stachniss &
+//! Burgard, IEEE T-RO 2007): where in the cell the wall is, far finer than the cell.
 
 use super::{Cell, CellIndex, GridError, OccupancyGrid, SignedCell, cells_on_segment};
 use crate::Pose2;
@@ -51,7 +54,33 @@ pub struct GridMapper {
     log_odds: Vec<f32>,
     /// Scan number that last touched a cell.
     touched: Vec<u32>,
+    /// Ends of rays per cell.
+    hits: Vec<Hits>,
     n_scans: u32,
+}
+
+/// The mean of the ray ends in a cell.
+#[derive(Debug, Clone, Copy)]
+struct Hits {
+    n: u32,
+    /// From the cell's lower left corner, cells; the centre where nothing ended.
+    mean: [f32; 2],
+}
+
+impl Hits {
+    const NONE: Self = Self {
+        n: 0,
+        mean: [0.5, 0.5],
+    };
+
+    fn add(&mut self, in_cell: [f64; 2]) {
+        /// So many ends are remembered: what was moved within its cell is learned anew.
+        const N_MAX: u32 = 50;
+        self.n = (self.n + 1).min(N_MAX);
+        for (mean, value) in self.mean.iter_mut().zip(in_cell) {
+            *mean += (value as f32 - *mean) / self.n as f32;
+        }
+    }
 }
 
 impl GridMapper {
@@ -74,6 +103,7 @@ impl GridMapper {
             height: 0,
             log_odds: Vec::new(),
             touched: Vec::new(),
+            hits: Vec::new(),
             n_scans: 0,
         })
     }
@@ -152,6 +182,7 @@ impl GridMapper {
         self.n_scans += 1;
         for (end, _) in rays.iter().filter(|(_, is_hit)| *is_hit) {
             self.touch(self.place_of(end), self.params.hit_log_odds);
+            self.add_end(end);
         }
         let scale = 1.0 / self.params.resolution_m;
         for (end, is_hit) in &rays {
@@ -164,6 +195,13 @@ impl GridMapper {
             }
         }
         Ok(())
+    }
+
+    /// Where in each cell of [`Self::grid`] rays have ended on average, from the cell's lower left corner in cells; the
+    /// centre where none has.
+    #[must_use]
+    pub fn places_in_cells(&self) -> Vec<[f32; 2]> {
+        self.hits.iter().map(|hits| hits.mean).collect()
     }
 
     /// The map so far, axis-aligned with the world; nothing when no scan has been added.
@@ -210,11 +248,22 @@ impl GridMapper {
         )
     }
 
-    /// Adds to one cell unless this scan already did.
-    fn touch(&mut self, place: SignedCell, log_odds: f64) {
+    fn flat(&self, place: SignedCell) -> usize {
         let column = (place.column - self.first.column) as usize;
         let row = (place.row - self.first.row) as usize;
-        let flat = row * self.width + column;
+        row * self.width + column
+    }
+
+    /// Takes the end of a ray into the mean of its cell.
+    fn add_end(&mut self, end: &Point2<f64>) {
+        let at = end / self.params.resolution_m;
+        let flat = self.flat(SignedCell::containing(&at));
+        self.hits[flat].add([at.x - at.x.floor(), at.y - at.y.floor()]);
+    }
+
+    /// Adds to one cell unless this scan already did.
+    fn touch(&mut self, place: SignedCell, log_odds: f64) {
+        let flat = self.flat(place);
         if self.touched[flat] == self.n_scans {
             return;
         }
@@ -253,19 +302,21 @@ impl GridMapper {
             .ok_or(GridError::TooLarge { width, height })?;
         let mut log_odds = vec![f32::NAN; n_cells];
         let mut touched = vec![0; n_cells];
+        let mut hits = vec![Hits::NONE; n_cells];
         for row in 0..self.height {
             let from = row * self.width;
             let to = (row + (self.first.row - first_row) as usize) * width
                 + (self.first.column - first_column) as usize;
             log_odds[to..to + self.width].copy_from_slice(&self.log_odds[from..from + self.width]);
             touched[to..to + self.width].copy_from_slice(&self.touched[from..from + self.width]);
+            hits[to..to + self.width].copy_from_slice(&self.hits[from..from + self.width]);
         }
         self.first = SignedCell {
             column: first_column,
             row: first_row,
         };
         (self.width, self.height) = (width, height);
-        (self.log_odds, self.touched) = (log_odds, touched);
+        (self.log_odds, self.touched, self.hits) = (log_odds, touched, hits);
         Ok(())
     }
 }

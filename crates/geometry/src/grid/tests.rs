@@ -322,6 +322,24 @@ fn a_room_seen_from_a_few_places_is_mapped() {
 }
 
 #[test]
+fn a_wall_is_known_far_finer_than_a_cell() {
+    let mut mapper = GridMapper::new(GridMapperParams::default()).unwrap();
+    for (x, y, yaw) in [(0.5, 0.7, 0.0), (1.0, 1.0, 1.0), (1.5, 0.4, 2.0)] {
+        let pose = pose2(x, y, yaw);
+        let scan = scan_in_room(&pose, 2.018, 2.0);
+        mapper.integrate(&pose, &scan).unwrap();
+    }
+    let grid = mapper.grid().unwrap();
+    let places = mapper.places_in_cells();
+    let wall = grid.index_at(&Point2::new(2.018, 1.02)).unwrap();
+    let left_m = grid.world_from_grid().translation.x + wall.column as f64 * 0.05;
+    let found_m = left_m + 0.05 * f64::from(places[wall.row * grid.width() + wall.column][0]);
+    assert!((found_m - 2.018).abs() < 0.002, "{found_m} m");
+    let floor = grid.index_at(&Point2::new(1.0, 0.8)).unwrap();
+    assert_eq!(places[floor.row * grid.width() + floor.column], [0.5, 0.5]);
+}
+
+#[test]
 fn what_moved_away_is_unlearned_and_maps_go_on_from_a_grid() {
     let pose = pose2(1.0, 1.0, 0.0);
     let mut mapper = GridMapper::new(GridMapperParams::default()).unwrap();

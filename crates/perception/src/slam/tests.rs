@@ -37,7 +37,7 @@ fn a_home_is_mapped_despite_odometry() {
             "odometry {scale}: {overlap:?}"
         );
         assert!(
-            worst.0 < 0.12 && worst.1 < 0.05,
+            worst.0 < 0.06 && worst.1 < 0.03,
             "odometry {scale}: {worst:?}"
         );
     }
