@@ -117,11 +117,12 @@ fn command(map_from_odom: &Pose2, path: &[Pose2]) -> Command {
     })
 }
 
-/// The part of a path that still lies ahead.
+/// The part of a path that still lies ahead: what follows its nearest pose, or at least its end.
 pub(crate) fn rest_of<'a>(path: &'a [Pose2], map_from_base: &Pose2) -> &'a [Pose2] {
     let distance =
         |pose: &Pose2| (pose.translation.vector - map_from_base.translation.vector).norm();
     let nearest =
         (0..path.len()).min_by(|a, b| distance(&path[*a]).total_cmp(&distance(&path[*b])));
-    &path[nearest.unwrap_or(0)..]
+    let next = nearest.map_or(0, |nearest| nearest + 1);
+    &path[next.min(path.len().saturating_sub(1))..]
 }

@@ -238,11 +238,12 @@ impl Executive<'_> {
         Ok(())
     }
 
-    /// Drives to a pose in the map; the answer is why not, in words, if it failed.
+    /// Drives to a pose in the map, with the arm tucked; the answer is why not, in words, if it failed.
     pub(crate) fn drive_to(
         &mut self,
         map_from_goal: &Pose2,
     ) -> Result<Result<(), String>, AgentError> {
+        self.tuck()?;
         self.observe_home()?;
         let (path, length_m) = match self.path_to(map_from_goal)? {
             Ok(found) => found,
@@ -301,7 +302,9 @@ impl Executive<'_> {
                 return Ok(Watch::Blocked(place));
             }
             let now = senses.map_from_odom();
-            let change = sent.inverse() * now;
+            // Where the base is believed to be, by then and by now: far from where odometry began, the frame itself moves
+            // much with a small turn.
+            let change = (sent * state.odom_from_base).inverse() * map_from_base;
             if change.translation.vector.norm() > DRIFT.0 || change.rotation.angle().abs() > DRIFT.1
             {
                 sent = now;

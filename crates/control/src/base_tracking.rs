@@ -148,15 +148,15 @@ struct Segment {
 
 /// Where a [`BaseTracker`] is on its path: all that changes from step to step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct BaseProgress {
+struct Progress {
     /// Segment of the reference.
-    pub segment: usize,
+    segment: usize,
     /// Position in it, seconds at full speed.
-    pub along: f64,
+    along: f64,
     /// Rate of the reference along the path, 0 to 1.
-    pub rate: f64,
+    rate: f64,
     /// Time without progress, seconds.
-    pub stuck_secs: f64,
+    stuck_secs: f64,
 }
 
 /// Follows one path.
@@ -167,15 +167,21 @@ pub struct BaseTracker {
     limits: BaseLimits,
     /// Smallest rate change per second that respects both accelerations.
     rate_slope: f64,
-    progress: BaseProgress,
+    progress: Progress,
 }
 
 impl BaseTracker {
-    /// A tracker from `start` (where the base is) along `path`.
+    /// A tracker from `start` (where the base is) along `path`; the base moves at `velocity` (its own frame; m/s, m/s,
+    /// rad/s), which the reference takes up as far as it leads along the path.
     ///
     /// # Errors
     /// [`ControlError`] if the path is empty, a number is not finite, or a limit is not positive.
-    pub fn new(start: Pose2, path: &[Pose2], limits: BaseLimits) -> Result<Self, ControlError> {
+    pub fn new(
+        start: Pose2,
+        velocity: Vector3<f64>,
+        path: &[Pose2],
+        limits: BaseLimits,
+    ) -> Result<Self, ControlError> {
         let Some(end) = path.last().copied() else {
             return Err(ControlError::Value {
                 what: "base path",
@@ -209,24 +215,23 @@ impl BaseTracker {
             .collect();
         let rate_slope =
             PROFILE_SHARE * limits.acceleration_max_m_per_s2 / limits.velocity_max_m_per_s;
-        set_corner_rates(&mut segments, &limits, rate_slope);
+        let rate = segments.first().map_or(0.0, |first| {
+            let linear = start.rotation * velocity.xy();
+            let velocity = Vector3::new(linear.x, linear.y, METRES_PER_RADIAN * velocity.z);
+            let full = velocity_at_full_rate(first);
+            (velocity.dot(&full) / full.norm_squared()).clamp(0.0, 1.0)
+        });
+        set_corner_rates(&mut segments, &limits, rate_slope, rate);
         Ok(Self {
             segments,
             end,
             limits,
             rate_slope,
-            progress: BaseProgress::default(),
+            progress: Progress {
+                rate,
+                ..Progress::default()
+            },
         })
-    }
-
-    /// Where it is on the path.
-    pub fn progress(&self) -> BaseProgress {
-        self.progress
-    }
-
-    /// Goes on from elsewhere on the path, e.g. from a snapshot.
-    pub fn set_progress(&mut self, progress: BaseProgress) {
-        self.progress = progress;
     }
 
     /// Where the path ends.
@@ -347,18 +352,24 @@ fn segment(from: &Pose2, to: &Pose2, limits: &BaseLimits) -> Option<Segment> {
     })
 }
 
-/// Sets the rate allowed at the end of each segment: corners first, then a sweep from each end for reachability.
-fn set_corner_rates(segments: &mut [Segment], limits: &BaseLimits, rate_slope: f64) {
+/// Velocity along a segment at rate 1, in the path's frame, with the turn in metres ([`METRES_PER_RADIAN`]).
+fn velocity_at_full_rate(segment: &Segment) -> Vector3<f64> {
+    let linear = segment.translation / segment.length;
+    Vector3::new(
+        linear.x,
+        linear.y,
+        segment.turn / segment.length * METRES_PER_RADIAN,
+    )
+}
+
+/// Sets the rate allowed at the end of each segment: corners first, then a sweep from each end for reachability; the
+/// first is entered at `rate`.
+fn set_corner_rates(segments: &mut [Segment], limits: &BaseLimits, rate_slope: f64, mut rate: f64) {
     for i in 1..segments.len() {
-        let velocity = |segment: &Segment| {
-            let linear = segment.translation / segment.length;
-            Vector3::new(
-                linear.x,
-                linear.y,
-                segment.turn / segment.length * METRES_PER_RADIAN,
-            )
-        };
-        let (a, b) = (velocity(&segments[i - 1]), velocity(&segments[i]));
+        let (a, b) = (
+            velocity_at_full_rate(&segments[i - 1]),
+            velocity_at_full_rate(&segments[i]),
+        );
         segments[i - 1].end_rate = corner_rate(&a, &b, limits);
     }
     for i in (1..segments.len()).rev() {
@@ -366,7 +377,6 @@ fn set_corner_rates(segments: &mut [Segment], limits: &BaseLimits, rate_slope: f
             (segments[i].end_rate.powi(2) + 2.0 * rate_slope * segments[i].length).sqrt();
         segments[i - 1].end_rate = segments[i - 1].end_rate.min(reachable);
     }
-    let mut rate: f64 = 0.0;
     for segment in segments {
         rate = (rate.powi(2) + 2.0 * rate_slope * segment.length).sqrt();
         segment.end_rate = segment.end_rate.min(rate);

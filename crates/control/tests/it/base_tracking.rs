@@ -28,8 +28,13 @@ struct Drive {
 
 /// Drives a path; `blocked_after_secs` stops the base whatever is commanded.
 fn drive(path: &[Pose2], blocked_after_secs: f64) -> Drive {
+    drive_sent_anew(path, blocked_after_secs, f64::INFINITY)
+}
+
+/// As [`drive`]; the end of the path is sent anew every so many seconds.
+fn drive_sent_anew(path: &[Pose2], blocked_after_secs: f64, period_secs: f64) -> Drive {
     let mut base = pose(0.0, 0.0, 0.0);
-    let mut tracker = BaseTracker::new(base, path, LIMITS).unwrap();
+    let mut tracker = BaseTracker::new(base, Vector3::zeros(), path, LIMITS).unwrap();
     let mut command = Vector3::zeros();
     let mut velocity = Vector2::zeros();
     let mut result = Drive {
@@ -40,7 +45,12 @@ fn drive(path: &[Pose2], blocked_after_secs: f64) -> Drive {
         speed_max: 0.0,
         acceleration_max: 0.0,
     };
+    let mut sent_secs = 0.0;
     while result.state == TrackState::Driving && result.secs < 200.0 {
+        if result.secs - sent_secs > period_secs {
+            tracker = BaseTracker::new(base, command, &path[path.len() - 1..], LIMITS).unwrap();
+            sent_secs = result.secs;
+        }
         let velocity_before = velocity;
         (command, result.state) =
             tracker.step(&base, command, &GoalTolerance::default(), STEP_SECS);
@@ -87,6 +97,21 @@ fn a_straight_path_takes_about_its_length_over_the_speed() {
 }
 
 #[test]
+fn a_path_sent_anew_is_gone_on_with_at_speed() {
+    let path = [pose(3.0, 0.0, 1.0)];
+    let once = drive(&path, f64::INFINITY);
+    let anew = drive_sent_anew(&path, f64::INFINITY, 0.5);
+    assert_eq!(anew.state, TrackState::Arrived);
+    assert!(
+        anew.secs < once.secs + 0.5,
+        "{} s and {} s",
+        anew.secs,
+        once.secs
+    );
+    assert!(anew.acceleration_max <= 1.01 * LIMITS.acceleration_max_m_per_s2);
+}
+
+#[test]
 fn corners_and_turns_keep_the_path_within_two_centimetres() {
     let path = [
         pose(1.0, 0.0, 0.0),
@@ -119,13 +144,13 @@ fn a_base_at_its_goal_has_arrived() {
 #[test]
 fn nonsense_is_refused() {
     let here = pose(0.0, 0.0, 0.0);
-    let error = BaseTracker::new(here, &[], LIMITS).unwrap_err();
+    let error = BaseTracker::new(here, Vector3::zeros(), &[], LIMITS).unwrap_err();
     assert_eq!(
         error.to_string(),
         "base path is empty, expected at least one pose"
     );
-    assert!(BaseTracker::new(here, &[pose(f64::NAN, 0.0, 0.0)], LIMITS).is_err());
-    assert!(BaseTracker::new(here, &[here], LIMITS.scaled(0.0)).is_err());
+    assert!(BaseTracker::new(here, Vector3::zeros(), &[pose(f64::NAN, 0.0, 0.0)], LIMITS).is_err());
+    assert!(BaseTracker::new(here, Vector3::zeros(), &[here], LIMITS.scaled(0.0)).is_err());
 }
 
 proptest! {

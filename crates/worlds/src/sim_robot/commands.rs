@@ -255,8 +255,8 @@ impl SimRobot {
             return Err(self.absent("mobile base"));
         };
         let limits = base.limits.scaled(path.speed);
-        let tracker =
-            BaseTracker::new(odom_from_base, &path.odom_from_base, limits).map_err(refusal)?;
+        let tracker = BaseTracker::new(odom_from_base, base.command, &path.odom_from_base, limits)
+            .map_err(refusal)?;
         let preempted = base.motion.replace(BaseMotion::Path { id, tracker });
         self.disturb_path(&path.odom_from_base)?;
         Ok(preempted.map(|motion| motion.id()))
