@@ -9,7 +9,7 @@ use factotum_skills::{
 };
 use nalgebra::Point3;
 
-use crate::surroundings::{obstacles_from_points, without_object};
+use crate::surroundings::{obstacles_from_points, walls_beyond_view, without_object};
 use crate::{AgentError, Executive, LogLevel};
 
 impl Executive<'_> {
@@ -145,9 +145,10 @@ impl Executive<'_> {
         /// Objects farther than this are out of the arm's way, metres.
         const NEAR_M: f64 = 2.0;
         let place = Point3::from(base_from_map.inverse().translation.vector).xy();
-        let mut points: Vec<Point3<f64>> = self
-            .senses
-            .seen_near(&place, NEAR_M)
+        let mut seen: Vec<Point3<f64>> = self.senses.seen_near(&place, NEAR_M).collect();
+        seen.extend(walls_beyond_view(&self.aosm.grid, &place, &seen));
+        let mut points: Vec<Point3<f64>> = seen
+            .iter()
             .map(|point| base_from_map * point)
             .filter(|point| point.xy().coords.norm() < NEAR_M)
             .collect();

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use factotum_geometry::Pose;
 use factotum_geometry::cloud::NearestPoints;
+use factotum_geometry::grid::{OccupancyGrid, SignedCell};
 use factotum_motion::{Obstacle, ObstacleShape};
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, Vector3};
 
 /// Edge of a voxel, metres: fine enough for a hand between a table and a shelf, coarse enough for a few hundred boxes.
 const VOXEL_M: f64 = 0.05;
@@ -122,6 +123,58 @@ fn columns(voxels: &BTreeMap<(i64, i64, i64), Bounds>) -> Vec<Slab> {
     runs
 }
 
+/// Points of the walls about `place` that the camera has not had in view, in the map frame: where the lidar has found
+/// something, it is taken to stand as high as an arm reaches, unless `seen` (map frame) shows where it ends.
+///
+/// Furniture is seen from above, so its top is known; of a wall the camera sees as much as its field of view holds.
+pub(crate) fn walls_beyond_view(
+    grid: &OccupancyGrid,
+    place: &Point2<f64>,
+    seen: &[Point3<f64>],
+) -> Vec<Point3<f64>> {
+    /// What ends below this has been seen from above, metres.
+    const EYE_M: f64 = 1.1;
+    /// No arm reaches higher, metres.
+    const HIGH_M: f64 = 2.0;
+    let resolution_m = grid.resolution_m();
+    let mut tops: BTreeMap<(i64, i64), f64> = BTreeMap::new();
+    for point in seen {
+        let cell = grid.signed_cell_at(&point.xy());
+        let top = tops.entry((cell.column, cell.row)).or_insert(point.z);
+        *top = top.max(point.z);
+    }
+    // What is seen of a cell may lie beside it, by the errors of lidar and camera.
+    let top_about = |cell: &SignedCell| {
+        let about = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy)));
+        about
+            .filter_map(|(dx, dy)| tops.get(&(cell.column + dx, cell.row + dy)))
+            .copied()
+            .reduce(f64::max)
+    };
+    let reach = (REACH_M / resolution_m).ceil() as i64;
+    let middle = grid.signed_cell_at(place);
+    let mut points = Vec::new();
+    for row in middle.row - reach..=middle.row + reach {
+        for column in middle.column - reach..=middle.column + reach {
+            let cell = SignedCell { column, row };
+            let Some(index) = grid.index_of_signed(cell) else {
+                continue;
+            };
+            let top_m = top_about(&cell);
+            if !grid.cell(index).is_occupied() || top_m.is_some_and(|top_m| top_m < EYE_M) {
+                continue;
+            }
+            let at = grid.center_of(index);
+            let mut z = top_m.unwrap_or(0.0);
+            while z < HIGH_M {
+                points.push(Point3::new(at.x, at.y, z));
+                z += 0.5 * VOXEL_M;
+            }
+        }
+    }
+    points
+}
+
 /// Drops the points on an object that is known to stand at `base_from_object`; what it stands on stays.
 pub(crate) fn without_object(
     points: &mut Vec<Point3<f64>>,
@@ -142,6 +195,10 @@ pub(crate) fn without_object(
 
 #[cfg(test)]
 mod tests {
+    use factotum_geometry::Pose2;
+    use factotum_geometry::grid::Cell;
+    use nalgebra::Vector2;
+
     use super::*;
 
     #[test]
@@ -165,6 +222,30 @@ mod tests {
             });
             assert!(covered, "{point} is not covered");
         }
+    }
+
+    #[test]
+    fn walls_are_as_high_as_an_arm_reaches_and_furniture_as_high_as_seen() {
+        let corner = Pose2::new(Vector2::new(-1.0, -1.0), 0.0);
+        let mut grid = OccupancyGrid::filled(40, 40, 0.05, corner, Cell::FREE).unwrap();
+        let mut occupy = |x: f64, y: f64| {
+            let index = grid.index_at(&Point2::new(x, y)).unwrap();
+            grid.set_cell(index, Cell::OCCUPIED);
+        };
+        occupy(0.51, 0.01); // never seen by the camera
+        occupy(0.01, 0.51); // seen up to where its view ends
+        occupy(-0.49, 0.01); // a counter, seen from above
+        let seen = [Point3::new(0.0, 0.5, 1.4), Point3::new(-0.5, 0.05, 0.9)];
+        let points = walls_beyond_view(&grid, &Point2::origin(), &seen);
+        let lowest = |x: f64, y: f64| {
+            let near = |point: &&Point3<f64>| (point.xy() - Point2::new(x, y)).norm() < 0.1;
+            let heights = points.iter().filter(near).map(|point| point.z);
+            heights.reduce(f64::min)
+        };
+        assert_eq!(lowest(0.5, 0.0), Some(0.0));
+        assert_eq!(lowest(0.0, 0.5), Some(1.4));
+        assert_eq!(lowest(-0.5, 0.0), None);
+        assert!(points.iter().any(|point| point.z > 1.9));
     }
 
     #[test]
