@@ -29,5 +29,6 @@ pub use error::AgentError;
 pub use event::{Event, LogLevel, Observer, StepKind, StepState, StepView, Wish};
 pub use executive::Executive;
 pub use localise::find_in_map;
+pub use navigate::ground_home;
 pub use report::{ExecutedStep, RunReport};
 pub use settings::Settings;

@@ -6,16 +6,17 @@ use factotum_geometry::frames::planar_from_pose;
 use factotum_geometry::grid::OccupancyGrid;
 use factotum_geometry::{Pose, Pose2};
 use factotum_motion::{InflatedGrid, InflationOptions};
-use factotum_semantic_map::{GraphNode, OptionSpec, TopologicalGraph};
+use factotum_semantic_map::{Aosm, GraphNode, OptionSpec, TopologicalGraph};
 use factotum_skills::{Initiation, is_holding};
 use factotum_symbols::ground;
 use nalgebra::{Point2, Vector2};
+use rand_chacha::ChaCha8Rng;
 
 use crate::act::skill_for;
 use crate::drive::{self, Drive, Watch};
 use crate::senses::Care;
 use crate::viewed::half_view_rad;
-use crate::{AgentError, Executive};
+use crate::{AgentError, Executive, Settings};
 
 /// Where to stand for an option.
 #[derive(Debug, Clone, PartialEq)]
@@ -122,13 +123,7 @@ impl Executive<'_> {
 
     /// Base poses of an option's navigation symbol, in free space.
     fn grounded(&mut self, option: &OptionSpec, grid: &InflatedGrid) -> Vec<Pose2> {
-        ground(
-            &option.anchor.symbol,
-            planar_from_pose(&option.anchor.map_from_object),
-            |pose| grid.is_free_at(&Point2::from(pose.translation.vector)),
-            &mut self.rng,
-            self.settings.n_base_samples,
-        )
+        poses_of(option, grid, self.settings.n_base_samples, &mut self.rng)
     }
 
     /// Grounds the navigation symbols of all options, finds which regions are connected, and shows the map.
@@ -136,42 +131,19 @@ impl Executive<'_> {
     /// # Errors
     /// [`AgentError`] if the robot does not answer, and [`AgentError::Stopped`] when the observer wished to stop.
     pub fn ground_graph(&mut self) -> Result<(), AgentError> {
-        /// Poses kept per region, enough to draw it.
-        const N_SHOWN: usize = 40;
-        let grid = self.inflated();
-        let nodes = self
-            .aosm
-            .options()
-            .into_iter()
-            .map(|option| {
-                let mut poses = self.grounded(&option, &grid);
-                poses.truncate(N_SHOWN);
-                GraphNode {
-                    option: option.step,
-                    map_from_base: poses,
-                }
-            })
-            .collect();
-        self.graph = TopologicalGraph::build(nodes, |from, to| {
-            drive::path_on(&grid, from, to)
-                .ok()
-                .map(|(_, length_m)| length_m)
-        });
+        let footprint_m = self.footprint_m();
+        self.graph = ground_home(&self.aosm, footprint_m, &self.settings, &mut self.rng);
         self.show_map()
+    }
+
+    fn footprint_m(&self) -> f64 {
+        let base = self.model.description().base.as_ref();
+        base.map_or(0.0, |base| base.footprint_radius_m)
     }
 
     /// The grid with obstacles grown by the footprint and `clearance_m`.
     fn inflated_by(&self, clearance_m: f64) -> InflatedGrid {
-        let footprint_m = self
-            .model
-            .description()
-            .base
-            .as_ref()
-            .map_or(0.0, |base| base.footprint_radius_m);
-        InflatedGrid::new(
-            &self.aosm.grid,
-            &InflationOptions::for_radius(footprint_m + clearance_m),
-        )
+        inflated(&self.aosm.grid, self.footprint_m() + clearance_m)
     }
 
     pub(crate) fn inflated(&self) -> InflatedGrid {
@@ -324,6 +296,53 @@ impl Executive<'_> {
             Drive::Failed(why) => Ok(Err(why)),
         }
     }
+}
+
+/// Grounds the navigation symbols of all options in a home for a base with this footprint radius (m), and finds which
+/// regions are connected (thesis 5.2).
+pub fn ground_home(
+    aosm: &Aosm,
+    footprint_radius_m: f64,
+    settings: &Settings,
+    rng: &mut ChaCha8Rng,
+) -> TopologicalGraph {
+    /// Poses kept per region, enough to draw it.
+    const N_SHOWN: usize = 40;
+    let grid = inflated(&aosm.grid, footprint_radius_m + settings.clearance_m);
+    let mut node = |option: OptionSpec| {
+        let mut poses = poses_of(&option, &grid, settings.n_base_samples, rng);
+        poses.truncate(N_SHOWN);
+        GraphNode {
+            option: option.step,
+            map_from_base: poses,
+        }
+    };
+    let nodes = aosm.options().into_iter().map(&mut node).collect();
+    TopologicalGraph::build(nodes, |from, to| {
+        drive::path_on(&grid, from, to)
+            .ok()
+            .map(|(_, length_m)| length_m)
+    })
+}
+
+/// Base poses of an option's navigation symbol, in free space.
+fn poses_of(
+    option: &OptionSpec,
+    grid: &InflatedGrid,
+    n: usize,
+    rng: &mut ChaCha8Rng,
+) -> Vec<Pose2> {
+    ground(
+        &option.anchor.symbol,
+        planar_from_pose(&option.anchor.map_from_object),
+        |pose| grid.is_free_at(&Point2::from(pose.translation.vector)),
+        rng,
+        n,
+    )
+}
+
+fn inflated(grid: &OccupancyGrid, radius_m: f64) -> InflatedGrid {
+    InflatedGrid::new(grid, &InflationOptions::for_radius(radius_m))
 }
 
 /// The first place of a path whose surroundings hold an obstacle.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
-use factotum_semantic_map::{Aosm, Location, home_folder};
+use factotum_semantic_map::{Aosm, Home, HomeCheck, Location, home_folder};
 use serde_json::json;
 
 use crate::console::{Answer, Console, usage};
@@ -16,7 +16,7 @@ pub(crate) enum HomeCommand {
         /// The folder.
         dir: PathBuf,
     },
-    /// Check a home folder: files, names, states, and that it makes a planning domain.
+    /// Check a home folder: files, names, states, journal, and that it makes a planning domain. Changes nothing.
     Check {
         /// The folder.
         dir: PathBuf,
@@ -31,21 +31,36 @@ pub(crate) fn home(command: &HomeCommand, console: &Console) -> anyhow::Result<A
             console.answer(&document(&name, &aosm), || text(&name, &aosm))?;
         }
         HomeCommand::Check { dir } => {
-            let (name, aosm) = read(dir)?;
-            let domain = aosm.domain().map_err(usage)?;
+            let check = Home::check(dir).map_err(usage)?;
+            let domain = check.aosm.domain().map_err(usage)?;
             let n_operators = domain.operators().len();
             console.answer(
-                &json!({"home": name, "ok": true, "operators": n_operators}),
-                || {
-                    format!(
-                        "{name}: in order; {} objects, {n_operators} operators",
-                        aosm.objects.len()
-                    )
-                },
+                &json!({"home": check.name, "ok": true, "operators": n_operators,
+                        "journal_entries": check.n_entries, "changed_outside": check.changed}),
+                || in_words(&check, n_operators),
             )?;
         }
     }
     Ok(Answer::Yes)
+}
+
+fn in_words(check: &HomeCheck, n_operators: usize) -> String {
+    let journal = check.n_entries.map_or_else(
+        || "no journal yet".to_owned(),
+        |n_entries| format!("journal of {n_entries} entries"),
+    );
+    let mut text = format!(
+        "{}: in order; {} objects, {n_operators} operators, {journal}",
+        check.name,
+        check.aosm.objects.len()
+    );
+    if !check.changed.is_empty() {
+        let changed = check.changed.join("`, `");
+        text.push_str(&format!(
+            "\nchanged outside the journal, to be taken in when the home is next used: `{changed}`"
+        ));
+    }
+    text
 }
 
 /// Reads a home folder; what is wrong with it is the user's to mend.

@@ -4,14 +4,17 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
+use factotum_agent::{Settings, ground_home};
 use factotum_geometry::Pose2;
 use factotum_protocol::{self as wire, ServerMessage};
-use factotum_semantic_map::TopologicalGraph;
 use factotum_studio::{Studio, StudioConfig};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng as _;
 
 use crate::belief::BeliefScene;
 use crate::console::{Answer, Console};
 use crate::home;
+use crate::robot;
 use crate::watch::StopFlag;
 use crate::wire_view::{aosm_of, map_of};
 
@@ -21,6 +24,9 @@ pub(crate) struct StudioArgs {
     /// The home folder to show.
     #[arg(long)]
     home: PathBuf,
+    /// Robot whose places to stand are shown: a folder with `robot.toml`, or the name of a shipped one.
+    #[arg(long, default_value = "movo")]
+    robot: PathBuf,
 }
 
 /// Runs `factotum studio`: shows map, objects and actions of a home until Ctrl-C or the page's Stop.
@@ -29,7 +35,14 @@ pub(crate) fn studio(args: &StudioArgs, console: &Console) -> anyhow::Result<Ans
     let stop = StopFlag::on_interrupt()?;
     let studio = Studio::start(StudioConfig::default())?;
     let world_from_map = Pose2::identity();
-    let graph = TopologicalGraph::default();
+    let robot = robot::load(&args.robot)?;
+    let base = robot.description().base.as_ref();
+    let graph = ground_home(
+        &aosm,
+        base.map_or(0.0, |base| base.footprint_radius_m),
+        &Settings::default(),
+        &mut ChaCha8Rng::seed_from_u64(0),
+    );
     studio.publish(ServerMessage::Status(wire::Status {
         goal: format!("look at {name}"),
         activity: wire::Activity::Finished,

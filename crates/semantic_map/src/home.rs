@@ -60,6 +60,20 @@ enum Direction {
     Again,
 }
 
+/// A home folder in order, as [`Home::check`] found it.
+#[derive(Debug)]
+pub struct HomeCheck {
+    /// Name of the home.
+    pub name: String,
+    /// What the text files say.
+    pub aosm: Aosm,
+    /// Entries of the journal; none where there is no journal yet.
+    pub n_entries: Option<i64>,
+    /// Documents that are not in the text files as they are in the journal: a person changed them, or a crash left them
+    /// behind. [`Home::open`] brings them together.
+    pub changed: Vec<String>,
+}
+
 impl Home {
     /// Makes a home folder of an AOSM. Files that are in the folder and belong to no home stay.
     ///
@@ -101,6 +115,34 @@ impl Home {
         let mut home = Self::new(dir, name, aosm, documents, journal)?;
         home.take_in(when_secs)?;
         Ok(home)
+    }
+
+    /// Checks a home folder and changes nothing in it: that its text files make sense, and that its journal is whole.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn check(dir: &Path) -> Result<HomeCheck, MapError> {
+        let on_disk = home_folder::load(dir)?;
+        let (name, aosm) = home_folder::assemble(dir, &on_disk, None)?;
+        let (mut n_entries, mut changed) = (None, Vec::new());
+        if dir.join(journal::FILE).exists() {
+            let journal = Journal::open(dir)?;
+            let kept = journal.documents()?;
+            home_folder::assemble(dir, &kept, None)?;
+            n_entries = Some(journal.last_entry()?);
+            let names: BTreeSet<&String> = kept.keys().chain(on_disk.keys()).collect();
+            changed = names
+                .into_iter()
+                .filter(|name| kept.get(*name) != on_disk.get(*name))
+                .cloned()
+                .collect();
+        }
+        Ok(HomeCheck {
+            name,
+            aosm,
+            n_entries,
+            changed,
+        })
     }
 
     fn new(

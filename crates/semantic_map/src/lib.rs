@@ -27,7 +27,7 @@ pub use edit::Edit;
 pub use error::MapError;
 pub use goal::{ChoreGoal, Wanted};
 pub use graph::{GraphEdge, GraphNode, TopologicalGraph};
-pub use home::Home;
+pub use home::{Home, HomeCheck};
 pub use journal::{Change, Entry, EntryKind, Execution};
 pub use option::{DEFAULT_APPROACH, NavigationAnchor, OptionKind, OptionSpec};
 pub use vocabulary::{HAND_EMPTY, HOLDING, IN, LOOSE, PICK};

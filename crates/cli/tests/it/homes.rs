@@ -66,7 +66,11 @@ fn a_home_is_shown_and_checked() {
     assert_eq!(shown["map"]["unknown"], 8);
     let said = factotum_in(dir.path(), &["home", "check", "home"]);
     assert_eq!(said.code, Some(0), "{}", said.stderr);
-    assert!(said.stdout.contains("in order"), "{}", said.stdout);
+    assert!(
+        said.stdout.contains("in order") && said.stdout.contains("no journal yet"),
+        "{}",
+        said.stdout
+    );
 }
 
 #[test]

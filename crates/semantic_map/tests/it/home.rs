@@ -482,6 +482,19 @@ fn a_file_changed_by_hand_is_taken_in_as_an_edit_and_can_be_undone() {
     let class = dir.path().join("classes/bottle/class.toml");
     let with_comment = format!("# Ours.\n{}", std::fs::read_to_string(&class).unwrap());
     std::fs::write(&class, &with_comment).unwrap();
+    for _ in 0..2 {
+        let check = Home::check(dir.path()).unwrap();
+        let changed = [
+            "classes/bottle/class.toml",
+            "objects/bottle_1",
+            "objects/my_bottle",
+        ];
+        assert_eq!(
+            (check.n_entries, check.changed),
+            (Some(1), changed.map(str::to_owned).to_vec())
+        );
+        assert!(check.aosm.objects.contains_key("my_bottle"));
+    }
 
     let mut home = Home::open(dir.path(), 3.0).unwrap();
     assert!(
@@ -641,12 +654,16 @@ fn a_damaged_journal_is_named_and_the_text_files_go_on_without_it() {
     ];
     for damaged in damages {
         std::fs::write(&path, &damaged).unwrap();
-        let error = Home::open(dir.path(), 2.0).unwrap_err();
-        assert!(matches!(error, MapError::JournalDamaged { .. }), "{error}");
-        assert!(
-            error.to_string().contains("journal.sqlite` is damaged"),
-            "{error}"
-        );
+        for error in [
+            Home::open(dir.path(), 2.0).unwrap_err(),
+            Home::check(dir.path()).unwrap_err(),
+        ] {
+            assert!(matches!(error, MapError::JournalDamaged { .. }), "{error}");
+            assert!(
+                error.to_string().contains("journal.sqlite` is damaged"),
+                "{error}"
+            );
+        }
     }
     std::fs::write(&path, &whole).unwrap();
     assert_eq!(
