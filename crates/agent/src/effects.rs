@@ -9,6 +9,7 @@ use factotum_semantic_map::Location;
 use factotum_skills::{Failure, is_holding};
 use nalgebra::Point3;
 
+use crate::perform::is_gone;
 use crate::senses::Care;
 use crate::{AgentError, Executive};
 
@@ -36,7 +37,7 @@ impl Executive<'_> {
     pub(crate) fn look_for(&mut self, name: &str, known_at: &Pose) -> Result<Effect, AgentError> {
         /// An object seen this far from where it was known to be has been moved, metres.
         const MOVED_M: f64 = 0.08;
-        let gone = || Ok(Err(format!("`{name}` is no longer where it was")));
+        let gone = || Ok(Err(is_gone(name)));
         // That it is gone may have been seen on the way already.
         let Some(object) = self.aosm.objects.get_mut(name) else {
             return gone();

@@ -3,16 +3,15 @@
 use factotum_control::Robot;
 use factotum_geometry::{Pose, Pose2};
 use factotum_motion::RobotModel;
-use factotum_semantic_map::{Aosm, ChoreGoal, MapError, OptionKind, OptionSpec, TopologicalGraph};
+use factotum_semantic_map::{Aosm, ChoreGoal, MapError, TopologicalGraph};
 use factotum_task_planning::operator::{Condition, GroundAction};
 use factotum_task_planning::planner::{Limits, PlanOutcome, Planner};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
-use crate::navigate::BaseChoice;
 use crate::senses::Senses;
 use crate::viewed::Viewed;
-use crate::{AgentError, LogLevel, Observer, RunReport, Settings, Stage, StepState, StepView};
+use crate::{AgentError, LogLevel, Observer, RunReport, Settings, Stage, StepView};
 
 /// Does chores with a robot, from what it believes of the home.
 pub struct Executive<'a> {
@@ -218,112 +217,5 @@ impl<'a> Executive<'a> {
             }
         }
         Ok(None)
-    }
-
-    /// One step of the plan, from as many base poses as the settings allow.
-    fn perform(
-        &mut self,
-        view: usize,
-        step: &GroundAction,
-    ) -> Result<Result<(), String>, AgentError> {
-        let mut reason = String::new();
-        let mut spent: Vec<Pose2> = Vec::new();
-        // Where what is sought was believed to be before the robot set off to it.
-        let mut believed_at = None;
-        for attempt in 1..=self.settings.n_attempts_max {
-            let option = match self.aosm.option(step) {
-                Ok(option) => option,
-                Err(MapError::NoObject { name, .. }) => {
-                    return Ok(Err(format!("`{name}` is no longer where it was")));
-                }
-                Err(error) => return Err(error.into()),
-            };
-            let sought = match &option.kind {
-                OptionKind::Place { target, .. } => target,
-                OptionKind::Pick | OptionKind::Articulate { .. } => &option.object,
-            };
-            let known_at = *believed_at.get_or_insert(self.aosm.object(sought)?.map_from_object);
-            self.mark(view, StepState::Running, None)?;
-            let (map_from_base, can_act) = match self.choose_base(&option, &spent)? {
-                BaseChoice::Possible(pose) => (pose, true),
-                // What was seen from afar may be wrong: a look from near, once, before giving up.
-                BaseChoice::None {
-                    nearest: Some(pose),
-                    ..
-                } if spent.is_empty() => (pose, false),
-                BaseChoice::None { reason, .. } => {
-                    self.mark(view, StepState::Failed, Some(reason.clone()))?;
-                    return Ok(Err(reason));
-                }
-            };
-            spent.push(map_from_base);
-            let (outcome, robot_secs) = self.timed(|this| this.drive_to(&map_from_base))?;
-            self.record(
-                "navigate",
-                std::slice::from_ref(&option.object),
-                &outcome,
-                attempt,
-                robot_secs,
-            );
-            if let Err(why) = outcome {
-                self.mark(view, StepState::Failed, Some(why.clone()))?;
-                if matches!(option.kind, OptionKind::Place { .. })
-                    && let Err(lost) = self.check_grip(&option.object)?
-                {
-                    return Ok(Err(lost));
-                }
-                reason = why;
-                continue;
-            }
-            self.mark(view, StepState::Done, None)?;
-            let (found, robot_secs) = self.timed(|this| this.look_for(sought, &known_at))?;
-            if found.is_err() {
-                believed_at = None;
-                self.record(
-                    "look",
-                    std::slice::from_ref(sought),
-                    &found,
-                    attempt,
-                    robot_secs,
-                );
-            }
-            if !self.aosm.objects.contains_key(sought) {
-                return Ok(found);
-            }
-            if !can_act {
-                continue;
-            }
-            self.mark(view + 1, StepState::Running, None)?;
-            let (outcome, robot_secs) = self.timed(|this| this.act(&option))?;
-            self.show_map()?;
-            self.record(&step.name, &step.args, &outcome, attempt, robot_secs);
-            match outcome {
-                Ok(()) => {
-                    self.mark(view + 1, StepState::Done, None)?;
-                    return Ok(Ok(()));
-                }
-                Err(why) => {
-                    self.mark(view + 1, StepState::Failed, Some(why.clone()))?;
-                    reason = why;
-                    self.tuck()?;
-                }
-            }
-            if !self.is_still_applicable(&option) {
-                return Ok(Err(reason));
-            }
-        }
-        Ok(Err(reason))
-    }
-
-    /// Whether what the option needs still holds after a failed try: a dropped object must be picked again first.
-    fn is_still_applicable(&self, option: &OptionSpec) -> bool {
-        let is_held = self
-            .aosm
-            .held()
-            .is_some_and(|held| held.name == option.object);
-        match option.kind {
-            OptionKind::Place { .. } => is_held,
-            OptionKind::Pick | OptionKind::Articulate { .. } => self.aosm.held().is_none(),
-        }
     }
 }

@@ -17,6 +17,7 @@ mod executive;
 mod explore;
 mod localise;
 mod navigate;
+mod perform;
 mod report;
 mod senses;
 mod settings;
