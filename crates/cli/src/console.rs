@@ -1,8 +1,9 @@
 //! What goes to the terminal: one answer on standard output, messages on standard error.
 
-use std::io::IsTerminal as _;
+use std::io::{ErrorKind, IsTerminal as _, Write as _};
 use std::time::{Duration, SystemTime};
 
+use anyhow::Context as _;
 use factotum_experiments::utc::UtcTime;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -80,14 +81,14 @@ impl Console {
     /// A message for people.
     pub(crate) fn say(&self, text: impl std::fmt::Display) {
         if !self.is_quiet {
-            self.bar.suspend(|| eprintln!("{text}"));
+            self.bar.suspend(|| tell(&text));
         }
     }
 
     /// An error with its causes.
     pub(crate) fn error(&self, error: &anyhow::Error) {
         self.bar.finish_and_clear();
-        eprintln!("error: {error:#}");
+        tell(&format_args!("error: {error:#}"));
     }
 
     /// The answer: as JSON with `--json`, else as `text`.
@@ -97,11 +98,20 @@ impl Console {
         text: impl FnOnce() -> String,
     ) -> anyhow::Result<()> {
         self.bar.finish_and_clear();
-        if self.is_json {
-            println!("{}", serde_json::to_string_pretty(json)?);
+        let answer = if self.is_json {
+            serde_json::to_string_pretty(json)?
         } else {
-            println!("{}", text().trim_end());
+            text().trim_end().to_owned()
+        };
+        match writeln!(std::io::stdout(), "{answer}") {
+            // Whoever read it has heard enough, as `head` does.
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+            written => written.context("cannot write the answer to standard output"),
         }
-        Ok(())
     }
+}
+
+/// Writes a message to standard error; if nobody reads it, there is nobody to tell.
+fn tell(text: &dyn std::fmt::Display) {
+    writeln!(std::io::stderr(), "{text}").ok();
 }

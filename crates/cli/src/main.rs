@@ -19,6 +19,7 @@ mod explore;
 mod home;
 mod keeper;
 mod map;
+mod map_path;
 mod plan;
 mod result;
 mod resume;
@@ -74,7 +75,7 @@ enum Command {
     /// Look at a home folder.
     #[command(subcommand)]
     Home(home::HomeCommand),
-    /// Occupancy grids: explore, import and export.
+    /// Occupancy grids: explore, import, export, and plan a path.
     #[command(subcommand)]
     Map(map::MapCommand),
     /// Look at a stored home in the browser.

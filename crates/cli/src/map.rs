@@ -1,4 +1,4 @@
-//! `factotum map`: occupancy grids in and out.
+//! `factotum map`: occupancy grids in and out, and ways on them.
 
 use std::path::PathBuf;
 
@@ -9,6 +9,7 @@ use serde_json::json;
 
 use crate::console::{Answer, Console, usage};
 use crate::explore::{ExploreArgs, explore};
+use crate::map_path::{PathArgs, path};
 
 /// Arguments of `factotum map`.
 #[derive(Debug, Subcommand)]
@@ -26,6 +27,8 @@ pub(crate) enum MapCommand {
         #[arg(long)]
         name: Option<String>,
     },
+    /// Plan a path of the base in a home's map.
+    Path(PathArgs),
     /// Write a home's map as ROS map_server files.
     Export {
         /// The home folder.
@@ -40,6 +43,7 @@ pub(crate) enum MapCommand {
 pub(crate) fn map(command: &MapCommand, console: &Console) -> anyhow::Result<Answer> {
     match command {
         MapCommand::Explore(args) => return explore(args, console),
+        MapCommand::Path(args) => return path(args, console),
         MapCommand::Import { yaml, out, name } => {
             let stored = StoredMap::read(yaml).map_err(usage)?;
             let grid = stored.checked_grid().map_err(usage)?;

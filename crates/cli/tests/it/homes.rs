@@ -49,6 +49,91 @@ fn a_map_comes_out_as_it_went_in() {
     assert_eq!(pixels(&dir.path().join("house.pgm")), pixels(&exported));
 }
 
+/// A map of 6 x 4 m, with its walls and one between left and right but for a door at the top.
+fn write_two_rooms(dir: &Path) {
+    let mut image = b"P5\n120 80\n255\n".to_vec();
+    image.extend((0..80).flat_map(|row| {
+        (0..120).map(move |column| {
+            let is_outer = row == 0 || row == 79 || column == 0 || column == 119;
+            let is_inner = column == 60 && row > 30;
+            if is_outer || is_inner { 0 } else { 254_u8 }
+        })
+    }));
+    std::fs::write(dir.join("rooms.pgm"), image).unwrap();
+    std::fs::write(
+        dir.join("rooms.yaml"),
+        "image: rooms.pgm\nresolution: 0.05\norigin: [-3.0, -2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
+    )
+    .unwrap();
+}
+
+#[test]
+fn a_path_of_the_base_leads_around_the_wall() {
+    let dir = tempfile::tempdir().unwrap();
+    write_two_rooms(dir.path());
+    let map = |arguments: &[&str]| factotum_in(dir.path(), arguments);
+    map(&["map", "import", "rooms.yaml", "--out", "home"]);
+    let path = ["map", "path", "home", "--from", "-1.5", "-1", "--to"];
+    let said = map(&[&path[..], &["1.5", "-1", "--json"]].concat());
+    assert_eq!(said.code, Some(0), "{}", said.stderr);
+    let found = said.json();
+    // Straight it is 3 m; by the door's edge at (0, 0.45) m, 4.2 m and what the base keeps clear.
+    let length_m = found["length_m"].as_f64().unwrap();
+    assert!((4.2..5.5).contains(&length_m), "{length_m} m");
+    let poses = found["map_from_base"].as_array().unwrap();
+    let crosses = |pose: &&serde_json::Value| pose[0].as_f64().unwrap().abs() < 0.1;
+    assert!(
+        poses
+            .iter()
+            .filter(crosses)
+            .all(|pose| pose[1].as_f64().unwrap() > 0.45)
+    );
+
+    let said = map(&[&path[..], &["1.5", "-1.95"]].concat());
+    assert_eq!(said.code, Some(1), "{}", said.stderr);
+    assert!(
+        said.stdout
+            .contains("the goal is off the map or too near to an obstacle"),
+        "{}",
+        said.stdout
+    );
+    let said = map(&[&path[..], &["inf", "0"]].concat());
+    assert_refused(&said, &["--to", "inf", "two numbers, metres"]);
+    let said = map(&[&path[..], &["1.5", "-1", "--robot", "panda"]].concat());
+    assert_refused(&said, &["panda", "no mobile base"]);
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_fault() {
+    let dir = tempfile::tempdir().unwrap();
+    write_two_rooms(dir.path());
+    factotum_in(
+        dir.path(),
+        &["map", "import", "rooms.yaml", "--out", "home"],
+    );
+    let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_factotum"));
+    let mut running = program
+        .args(["home", "show", "home"])
+        .current_dir(dir.path())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(running.stdout.take());
+    let said = running.wait_with_output().unwrap();
+    assert_eq!(
+        said.status.code(),
+        Some(0),
+        "{}",
+        String::from_utf8_lossy(&said.stderr)
+    );
+    assert!(
+        said.stderr.is_empty(),
+        "{}",
+        String::from_utf8_lossy(&said.stderr)
+    );
+}
+
 #[test]
 fn a_home_is_shown_and_checked() {
     let dir = tempfile::tempdir().unwrap();
