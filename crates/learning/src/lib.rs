@@ -1,5 +1,17 @@
-//! Policies whose parameters are learned: so far movement primitives, which keep the shape of one demonstration.
+//! Policies whose parameters are learned: networks trained by TD3, choices by bandits, and movement primitives, which
+//! keep the shape of one demonstration.
 //!
-//! Numbers in, numbers out: nothing here knows a robot, reads a clock or draws a random number.
+//! Numbers in, numbers out: nothing here knows a robot or reads a clock, and random numbers come from seeded
+//! generators. Only [`checkpoint`] touches files.
 
+pub mod action;
+mod adam;
+pub mod bandit;
+pub mod checkpoint;
 pub mod dmp;
+mod elementwise;
+pub mod environment;
+pub mod mlp;
+mod panels;
+pub mod replay;
+pub mod td3;
