@@ -104,13 +104,13 @@ impl<'a> ArmMotion<'a> {
         Ok(self.model.q_from_state(state.lift_m, &state.arm_positions))
     }
 
-    /// Plans around obstacles to the nearest reachable of `goals` and goes there.
+    /// Plans around obstacles to the first of `goals` that a path is found to, goes there, and says which it is.
     pub(crate) fn go(
         &mut self,
         scene: &mut PlanningScene,
         goals: &[Vec<f64>],
         object: &str,
-    ) -> Result<(), Stop> {
+    ) -> Result<usize, Stop> {
         let start = self.start_of_plan(scene, object)?;
         let no_way = |detail: String| Failure::NoWay {
             object: object.to_owned(),
@@ -118,7 +118,8 @@ impl<'a> ArmMotion<'a> {
         };
         match plan_joints(scene, &start, goals, &PlanLimits::default(), self.rng) {
             PathOutcome::Solved(plan) => {
-                self.follow(&plan.path, SPEED_FREE, &format!("move to {object}"))
+                self.follow(&plan.path, SPEED_FREE, &format!("move to {object}"))?;
+                Ok(plan.goal_idx)
             }
             PathOutcome::StartInCollision(pair) => {
                 Err(no_way(format!("`{}` touches `{}` already", pair.0, pair.1)).into())
@@ -161,7 +162,7 @@ impl<'a> ArmMotion<'a> {
         name: &str,
     ) -> Result<Result<(), Failure>, SkillError> {
         match self.go(scene, &[posture.to_vec()], name) {
-            Ok(()) => Ok(Ok(())),
+            Ok(_) => Ok(Ok(())),
             Err(Stop::Failed(failure)) => Ok(Err(failure)),
             Err(Stop::Error(error)) => Err(error),
         }

@@ -111,7 +111,7 @@ impl WaySkill for Pick {
         let mut refused = None;
         for way in ways {
             match arm.go(&mut free, std::slice::from_ref(&way.approach.start), name) {
-                Ok(()) => {}
+                Ok(_) => {}
                 Err(Stop::Failed(failure @ Failure::NoWay { .. })) => {
                     refused = Some(failure);
                     continue;

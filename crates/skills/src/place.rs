@@ -17,6 +17,8 @@ use crate::{Failure, Outcome, Situation, SkillError};
 const N_TURNS: usize = 12;
 /// Extra heights tried above the taught one: dropping from a little higher is better than not at all, metres.
 const EXTRA_HEIGHTS_M: [f64; 3] = [0.0, 0.06, 0.12];
+/// Enough ways to choose from: to one posture the way may be barred and to another not.
+const N_WAYS: usize = 4;
 /// How far the tool backs off after the release, metres.
 const BACK_OFF_M: f64 = 0.08;
 
@@ -67,8 +69,8 @@ impl Place {
 }
 
 impl WaySkill for Place {
-    /// The way, and the pose of release at its end.
-    type Way = (ToolWay, Pose);
+    /// Ways, each with the pose of release at its end.
+    type Way = Vec<(ToolWay, Pose)>;
 
     fn name(&self) -> &str {
         "place"
@@ -79,17 +81,24 @@ impl WaySkill for Place {
         situation: &Situation,
         from: &[f64],
         rng: &mut ChaCha8Rng,
-    ) -> Result<(ToolWay, Pose), Stop> {
+    ) -> Result<Vec<(ToolWay, Pose)>, Stop> {
         let poses = self.release_poses(situation)?;
         let mut scene = Self::scene(situation)?;
         let mut again = Self::scene(situation)?;
         let seeds = [from.to_vec(), situation.robot.q_ready()];
         let mut detail = String::new();
+        let mut ways = Vec::new();
         for pose in poses {
             match find_tool_way(&mut scene, &mut again, &[pose], &seeds, rng) {
-                Ok(way) => return Ok((way, pose)),
+                Ok(way) => ways.push((way, pose)),
                 Err(reason) => detail = reason,
             }
+            if ways.len() == N_WAYS {
+                break;
+            }
+        }
+        if !ways.is_empty() {
+            return Ok(ways);
         }
         let object = situation
             .target
@@ -100,7 +109,7 @@ impl WaySkill for Place {
 
     fn go(
         &self,
-        (way, pose): (ToolWay, Pose),
+        ways: Vec<(ToolWay, Pose)>,
         robot: &mut dyn Robot,
         situation: &Situation,
         rng: &mut ChaCha8Rng,
@@ -111,7 +120,8 @@ impl WaySkill for Place {
             .map_or("the target", |target| target.name.as_str());
         let mut scene = Self::scene(situation)?;
         let mut arm = ArmMotion::new(robot, &situation.robot, rng);
-        arm.go(&mut scene, &[way.start], target)?;
+        let starts: Vec<Vec<f64>> = ways.iter().map(|(way, _)| way.start.clone()).collect();
+        let (_, pose) = ways[arm.go(&mut scene, &starts, target)?];
         arm.grip(1.0)?;
         let mut empty = PlanningScene::new(&situation.robot, &situation.obstacles, None)?;
         empty.set_gripper(1.0);
