@@ -6,6 +6,9 @@
 //! ```text
 //! cargo x bench learning
 //! ```
+//!
+//! With the argument `paced` it makes 250 updates of 64 x 64 for each line it reads and answers with a line, so that
+//! `experiments/td3-updates` can measure it in turn with its peers.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints what it measured")]
 
@@ -25,8 +28,12 @@ const UNITS: usize = 64;
 /// Short, so that many rounds pass while nothing else runs on the processor.
 const N_UPDATES: u32 = 50;
 const N_ROUNDS: usize = 150;
+const N_UPDATES_PACED: u32 = 250;
 
 fn main() -> Result<(), Td3Error> {
+    if std::env::args().any(|argument| argument == "paced") {
+        return paced();
+    }
     let plain = Td3Params::default();
     let with_norm = Td3Params {
         critic_layer_norm: true,
@@ -72,6 +79,18 @@ fn main() -> Result<(), Td3Error> {
             "| {name} | {middle:.0} | {least:.0} | {most:.0} | {:.2} |",
             middle / bound
         );
+    }
+    Ok(())
+}
+
+/// Updates for each line read, until there is none.
+fn paced() -> Result<(), Td3Error> {
+    let mut learner = learner(Td3Params::default())?;
+    for _ in std::io::stdin().lines().map_while(Result::ok) {
+        for _ in 0..N_UPDATES_PACED {
+            learner.update()?;
+        }
+        println!("{N_UPDATES_PACED}");
     }
     Ok(())
 }

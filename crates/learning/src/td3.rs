@@ -231,6 +231,21 @@ impl Td3 {
     ///
     /// When a slice has another size, or a number is NaN or infinite; nothing is kept then.
     pub fn record(&mut self, transition: &Transition<'_>) -> Result<(), Td3Error> {
+        self.record_of_another(transition)?;
+        self.counters.n_env_steps += 1;
+        if self.counters.n_env_steps > self.params.warmup_steps {
+            self.counters.n_updates_owed += self.params.updates_per_step;
+        }
+        Ok(())
+    }
+
+    /// Keeps a step that was not this learner's own, such as of a demonstration: it counts as no step of the
+    /// environment and earns no updates.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::record`].
+    pub fn record_of_another(&mut self, transition: &Transition<'_>) -> Result<(), Td3Error> {
         self.check_sizes(transition.observation, transition.action)?;
         self.check_sizes(transition.next_observation, transition.action)?;
         let step = self.counters.n_env_steps + 1;
@@ -239,10 +254,6 @@ impl Td3 {
         check_finite("reward", &[transition.reward], step)?;
         check_finite("next observation", transition.next_observation, step)?;
         self.replay.push(transition);
-        self.counters.n_env_steps = step;
-        if step > self.params.warmup_steps {
-            self.counters.n_updates_owed += self.params.updates_per_step;
-        }
         Ok(())
     }
 

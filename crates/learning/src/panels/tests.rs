@@ -1,11 +1,12 @@
 //! The products against sums written out, at sizes that fill tiles and panels and that do not.
 
+use pulp::{Arch, Scalar, Scalar128b, Scalar256b, Scalar512b, WithSimd as _};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    Finish, Lanes, Panels, WIDTH, ZERO, dot_into, multiply_into, multiply_transposed_into,
-    n_panels, sum_rows_into, transpose_into,
+    Dot, Finish, Lanes, Multiply, MultiplyTransposed, Panels, SumRows, WIDTH, ZERO, dot_into,
+    multiply_into, multiply_transposed_into, n_panels, sum_rows_into, transpose_into,
 };
 
 /// A matrix of random numbers, and it in panels.
@@ -172,4 +173,95 @@ fn the_last_panels_of_a_matrix_are_a_matrix() {
     let tail = a.panels().after_panels(2);
     assert_eq!((tail.n_rows, tail.n_cols), (5, 3));
     assert_eq!(tail.panel(0), &a.lanes[10..]);
+}
+
+/// What each kernel makes of one pair of matrices.
+fn all_kernels(
+    (m, k, n): (usize, usize, usize),
+    multiply: impl Fn(Multiply<'_>),
+    multiply_transposed: impl Fn(MultiplyTransposed<'_>),
+    dot: impl Fn(Dot<'_>),
+    sum_rows: impl Fn(SumRows<'_>),
+) -> Vec<Lanes> {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let (a, b) = (Sample::new(&mut rng, m, k), Sample::new(&mut rng, k, n));
+    let (c, w) = (Sample::new(&mut rng, m, n), Sample::new(&mut rng, 1, k));
+    let mut all = Vec::new();
+    for finish in [Finish::Keep, Finish::Relu, Finish::Gate(&c.lanes)] {
+        let mut out = vec![ZERO; m * n_panels(n)];
+        multiply(Multiply {
+            a: a.panels(),
+            b: b.panels(),
+            bias: Some(&b.lanes),
+            finish,
+            out: &mut out,
+        });
+        all.extend(out);
+    }
+    let mut out = vec![ZERO; k * n_panels(n)];
+    multiply_transposed(MultiplyTransposed {
+        a: a.panels(),
+        b: c.panels(),
+        out: &mut out,
+    });
+    all.extend(out);
+    let mut out = vec![ZERO; m];
+    dot(Dot {
+        a: a.panels(),
+        w: &w.lanes,
+        bias: 0.25,
+        out: &mut out,
+    });
+    all.extend(out);
+    let mut out = vec![ZERO; n_panels(k)];
+    sum_rows(SumRows {
+        a: a.panels(),
+        out: &mut out,
+    });
+    all.extend(out);
+    all
+}
+
+/// Processors have vectors of 4, 8 or 16; one machine runs but one of them, so the others are imitated.
+#[test]
+fn every_width_of_vectors_gives_the_same_bits() {
+    macro_rules! by {
+        ($sizes:expr, $simd:expr) => {
+            all_kernels(
+                $sizes,
+                |op| op.with_simd($simd),
+                |op| op.with_simd($simd),
+                |op| op.with_simd($simd),
+                |op| op.with_simd($simd),
+            )
+        };
+    }
+    for sizes in SIZES {
+        let bits = |lanes: &[Lanes]| -> Vec<u32> {
+            lanes
+                .as_flattened()
+                .iter()
+                .map(|value| value.to_bits())
+                .collect()
+        };
+        let narrow = by!(sizes, Scalar128b);
+        assert_eq!(bits(&narrow), bits(&by!(sizes, Scalar256b)), "{sizes:?}");
+        assert_eq!(bits(&narrow), bits(&by!(sizes, Scalar512b)), "{sizes:?}");
+        let arch = Arch::new();
+        let this_machine = all_kernels(
+            sizes,
+            |op| arch.dispatch(op),
+            |op| arch.dispatch(op),
+            |op| arch.dispatch(op),
+            |op| arch.dispatch(op),
+        );
+        if !matches!(arch, Arch::Scalar) {
+            assert_eq!(bits(&narrow), bits(&this_machine), "{sizes:?}");
+        }
+        // Without vectors there is no fused multiply-add, and sums round otherwise.
+        let without = by!(sizes, Scalar);
+        for (one, other) in without.as_flattened().iter().zip(narrow.as_flattened()) {
+            check(f64::from(*one), f64::from(*other), "without vectors");
+        }
+    }
 }

@@ -9,7 +9,7 @@ use crate::mlp::{Activation, Architecture};
 /// The defaults are those of the dissertation's text (section 3.2.1 for the networks, 3.3 for the rest). Where the
 /// text says nothing, they are what its code uses, which leaves Stable-Baselines3's defaults. One number differs
 /// between the two: the text has two hidden layers of 64, the code Stable-Baselines3's 400 and 300
-/// ([`Td3Params::as_in_the_code`]).
+/// ([`Td3Params::as_in_the_code`]). Neither normalises observations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Td3Params {

@@ -269,6 +269,16 @@ fn warm_up_steps_explore_everywhere_and_earn_nothing() {
             "{action} for {policy_says:?}"
         );
     }
+    learner
+        .record_of_another(&Transition {
+            observation: &observation,
+            action: &[0.0],
+            reward: 0.0,
+            next_observation: &observation,
+            ending: Ending::Goes,
+        })
+        .unwrap();
+    assert_eq!(learner.replay().len(), 406);
     assert!(learner.update_owed().unwrap().is_some());
     let wanted = Counters {
         n_env_steps: 405,
