@@ -1,5 +1,7 @@
 //! What was lived through, to learn from again: a ring of transitions.
 
+use std::collections::TryReserveError;
+
 use rand::Rng;
 
 use crate::panels::{Lanes, WIDTH, ZERO, n_panels};
@@ -40,7 +42,7 @@ pub struct Transition<'a> {
 
 /// A ring of the latest transitions.
 ///
-/// Its memory is reserved whole at the start; the system provides pages of it as they are filled.
+/// Its memory is reserved whole at the start; the system provides it as it is filled.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replay {
     n_observation: usize,
@@ -55,17 +57,35 @@ pub struct Replay {
 }
 
 impl Replay {
-    pub(crate) fn new(n_observation: usize, n_action: usize, capacity: usize) -> Self {
-        let size = n_panels(n_observation + n_action) + n_panels(n_observation);
-        Self {
+    /// An empty ring.
+    ///
+    /// # Errors
+    ///
+    /// When the system has no memory for so many transitions.
+    pub(crate) fn new(
+        n_observation: usize,
+        n_action: usize,
+        capacity: usize,
+    ) -> Result<Self, TryReserveError> {
+        let mut replay = Self {
             n_observation,
             n_action,
-            rows: vec![ZERO; size * capacity],
-            rewards: Vec::with_capacity(capacity),
-            endings: Vec::with_capacity(capacity),
+            rows: Vec::new(),
+            rewards: Vec::new(),
+            endings: Vec::new(),
             capacity,
             next: 0,
-        }
+        };
+        let n_lanes = replay.row_size().saturating_mul(capacity);
+        replay.rows.try_reserve_exact(n_lanes)?;
+        replay.rewards.try_reserve_exact(capacity)?;
+        replay.endings.try_reserve_exact(capacity)?;
+        Ok(replay)
+    }
+
+    /// Rows of sixteen per transition.
+    fn row_size(&self) -> usize {
+        n_panels(self.n_observation + self.n_action) + n_panels(self.n_observation)
     }
 
     /// Transitions it holds.
@@ -105,17 +125,17 @@ impl Replay {
     pub(crate) fn push(&mut self, transition: &Transition<'_>) {
         let (n_observation, n_action) = (self.n_observation, self.n_action);
         let at = self.next;
+        if at == self.rewards.len() {
+            self.rows.resize((at + 1) * self.row_size(), ZERO);
+            self.rewards.push(transition.reward);
+            self.endings.push(transition.ending);
+        }
         let [before, after] = self.row_mut(at).map(<[Lanes]>::as_flattened_mut);
         before[..n_observation].copy_from_slice(transition.observation);
         before[n_observation..][..n_action].copy_from_slice(transition.action);
         after[..n_observation].copy_from_slice(transition.next_observation);
-        if at == self.rewards.len() {
-            self.rewards.push(transition.reward);
-            self.endings.push(transition.ending);
-        } else {
-            self.rewards[at] = transition.reward;
-            self.endings[at] = transition.ending;
-        }
+        self.rewards[at] = transition.reward;
+        self.endings[at] = transition.ending;
         self.next = (at + 1) % self.capacity;
     }
 
@@ -243,7 +263,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_ring_holds_the_latest(capacity in 1_usize..20, n in 0_u16..50) {
-            let mut replay = Replay::new(18, 3, capacity);
+            let mut replay = Replay::new(18, 3, capacity).unwrap();
             for value in 0..n {
                 push(&mut replay, f32::from(value), Ending::Goes);
             }
@@ -261,7 +281,7 @@ mod tests {
 
     #[test]
     fn a_transition_comes_back_as_it_was() {
-        let mut replay = Replay::new(18, 3, 4);
+        let mut replay = Replay::new(18, 3, 4).unwrap();
         for ending in [Ending::Goes, Ending::Terminal, Ending::Cut] {
             push(&mut replay, 2.0, ending);
             let found = replay.get(replay.len() - 1).unwrap();
@@ -275,7 +295,7 @@ mod tests {
 
     #[test]
     fn a_batch_has_one_transition_per_row_and_only_the_end_of_a_task_ends_the_future() {
-        let mut replay = Replay::new(18, 3, 8);
+        let mut replay = Replay::new(18, 3, 8).unwrap();
         push(&mut replay, 1.0, Ending::Goes);
         push(&mut replay, 2.0, Ending::Terminal);
         push(&mut replay, 3.0, Ending::Cut);

@@ -35,7 +35,7 @@ use crate::elementwise::{all_finite, blend};
 use crate::mlp::{Activation, Architecture, Mlp, Pass};
 use crate::panels::{Lanes, Panels, WIDTH, ZERO};
 use crate::replay::{Batch, Replay, Transition, write_columns};
-use error::check_finite;
+use error::{check_finite, check_observation};
 
 /// Streams of random numbers, by purpose.
 const INITIALISE: u64 = 0;
@@ -157,6 +157,10 @@ impl Td3 {
             n_members: 2,
         };
         let critics = Mlp::new(critics, &mut rng)?;
+        let capacity = params.replay_capacity;
+        let replay = Replay::new(n_observation, n_action, capacity);
+        // That there is no memory is all the reason there is.
+        let replay = replay.map_err(|_no_memory| Td3Error::Memory { capacity })?;
         Ok(Self {
             n_observation,
             n_action,
@@ -167,7 +171,7 @@ impl Td3 {
             },
             policy: Learned::new(policy, &params),
             critics: Learned::new(critics, &params),
-            replay: Replay::new(n_observation, n_action, params.replay_capacity),
+            replay,
             counters: Counters::default(),
             exploring: stream(EXPLORE),
             updating: stream(UPDATE),
@@ -203,13 +207,14 @@ impl Td3 {
     ///
     /// # Errors
     ///
-    /// When a slice has another size than the learner was made for.
+    /// When a slice has another size than the learner was made for, or a number is not finite.
     pub fn explore_into(
         &mut self,
         observation: &[f32],
         action: &mut [f32],
     ) -> Result<(), Td3Error> {
         self.check_sizes(observation, action)?;
+        check_observation(observation)?;
         if self.counters.n_env_steps < self.params.warmup_steps {
             action.fill_with(|| self.exploring.random_range(-1.0..=1.0));
             return Ok(());

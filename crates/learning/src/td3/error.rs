@@ -32,6 +32,20 @@ pub enum Td3Error {
         /// The update, or for what was observed the step of the environment, counted from one.
         at: u64,
     },
+    /// An observation to act on that says nothing.
+    #[error("component {index} of the observation is {found}, expected a finite number")]
+    Observation {
+        /// Which component.
+        index: usize,
+        /// What it is.
+        found: f32,
+    },
+    /// A ring that is too large.
+    #[error("`replay_capacity` is {capacity}, expected no more transitions than fit into memory")]
+    Memory {
+        /// Transitions it was to hold.
+        capacity: usize,
+    },
     /// An update before the first transition.
     #[error("there are 0 transitions to learn from, expected at least 1")]
     NothingRecorded,
@@ -42,4 +56,16 @@ pub(super) fn check_finite(what: &'static str, values: &[f32], at: u64) -> Resul
         return Ok(());
     }
     Err(Td3Error::NotFinite { what, at })
+}
+
+/// Refuses to act on a NaN or an infinity, which a network may turn into a number that looks good.
+pub(super) fn check_observation(observation: &[f32]) -> Result<(), Td3Error> {
+    let bad = observation.iter().position(|value| !value.is_finite());
+    match bad {
+        Some(index) => Err(Td3Error::Observation {
+            index,
+            found: observation[index],
+        }),
+        None => Ok(()),
+    }
 }

@@ -3,6 +3,7 @@
 use crate::mlp::{Mlp, Pass};
 
 use super::Td3Error;
+use super::error::check_observation;
 
 /// A deterministic policy: from an observation to an action within -1..=1.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,7 +36,7 @@ impl Policy {
     ///
     /// # Errors
     ///
-    /// When a slice has another size than the policy.
+    /// When a slice has another size than the policy, or a number is not finite.
     pub fn act_into(&mut self, observation: &[f32], action: &mut [f32]) -> Result<(), Td3Error> {
         let sizes = [
             ("observation", observation.len(), self.n_observation()),
@@ -50,6 +51,7 @@ impl Policy {
                 wanted,
             });
         }
+        check_observation(observation)?;
         self.network
             .evaluate_into(observation, &mut self.pass, action);
         Ok(())

@@ -27,9 +27,10 @@ fn loop_of_one(ending: Ending) -> Td3 {
         discount: 0.5,
         // With noise the value of the next action would be learned from no data.
         target_noise: 0.0,
-        policy_output_scale: 0.0,
-        // The policy stays at the action that was tried.
-        policy_delay: 2,
+        // Targets move at every update.
+        policy_delay: 1,
+        // All rows of a batch are the same.
+        batch_size: 8,
         ..quick()
     };
     let mut learner = Td3::new(3, 1, params, 1).unwrap();
@@ -49,10 +50,9 @@ fn loop_of_one(ending: Ending) -> Td3 {
 fn the_end_of_a_task_ends_the_future_and_a_time_limit_does_not() {
     let value_after = |ending, n: usize| {
         let mut learner = loop_of_one(ending);
-        // The policy is to stay where the value is known, so only the critics are updated.
-        learner.params.policy_delay = 1;
         let mut value = 0.0;
         for _ in 0..n {
+            // The policy is kept at the action that was tried, the only one whose value is known.
             learner.policy.network.scale_output(0.0);
             learner.policy.target.scale_output(0.0);
             value = learner.update().unwrap().mean_value;
@@ -342,6 +342,20 @@ fn what_does_not_fit_is_refused() {
     assert_eq!(found.unwrap_err(), size("observation", 4, 3));
     let found = learner.policy().act_into(&[0.0; 3], &mut [0.0; 1]);
     assert_eq!(found.unwrap_err(), size("action", 1, 2));
+    let blind = [0.0, f32::INFINITY, 0.0];
+    let says = "component 1 of the observation is inf, expected a finite number";
+    let found = learner.explore_into(&blind, &mut [0.0; 2]);
+    assert_eq!(found.unwrap_err().to_string(), says);
+    let found = learner.policy().act_into(&blind, &mut [0.0; 2]);
+    assert_eq!(found.unwrap_err().to_string(), says);
+    let endless = Td3Params {
+        replay_capacity: u32::MAX as usize,
+        ..quick()
+    };
+    // 4e9 transitions of forty thousand numbers: more than a processor can address.
+    let found = Td3::new(20_000, 2, endless, 1).unwrap_err();
+    let capacity = u32::MAX as usize;
+    assert_eq!(found, Td3Error::Memory { capacity });
     assert!(matches!(
         Td3::new(0, 2, quick(), 1),
         Err(Td3Error::Network(_))
