@@ -22,6 +22,8 @@ pub struct Executive<'a> {
     pub(crate) senses: Senses,
     /// What the camera has had in view.
     pub(crate) viewed: Viewed,
+    /// Objects that nothing could be done at as they were known, and where the robot went to see them better.
+    pub(crate) vantages: Vec<(String, Pose2)>,
     pub(crate) tcp_from_held: Option<Pose>,
     pub(crate) planner: &'a dyn Planner,
     pub(crate) observer: &'a mut dyn Observer,
@@ -74,6 +76,7 @@ impl<'a> Executive<'a> {
             graph: TopologicalGraph::default(),
             senses,
             viewed: Viewed::default(),
+            vantages: Vec::new(),
             tcp_from_held: None,
             planner,
             observer,
@@ -113,6 +116,7 @@ impl<'a> Executive<'a> {
         if self.stage == Stage::Between {
             self.report = RunReport::default();
             self.stage = Stage::Planning;
+            self.vantages.clear();
         }
         self.chore_began_secs = self.robot.state()?.time_secs - self.report.robot_secs;
         let reason = self.pursue(goal)?;

@@ -14,6 +14,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::act::skill_for;
 use crate::drive::{self, Drive, Watch};
+use crate::perform::sought_by;
 use crate::senses::Care;
 use crate::viewed::half_view_rad;
 use crate::{AgentError, Executive, Settings};
@@ -65,6 +66,7 @@ impl Executive<'_> {
             .collect();
         reachable.sort_by(|a, b| a.0.total_cmp(&b.0));
         let skill = skill_for(option);
+        let sought = sought_by(option);
         let state = self.robot.state()?;
         let stride = (reachable.len() / self.settings.n_base_checks).max(1);
         let mut nearest = None;
@@ -73,7 +75,11 @@ impl Executive<'_> {
                 reason = why;
                 continue;
             }
-            nearest = nearest.or(Some(pose));
+            if nearest.is_none()
+                && !self.was_looked_at_from(sought, &Point2::from(pose.translation.vector))
+            {
+                nearest = Some(pose);
+            }
             let situation = self.situation(option, &pose)?;
             match skill.initiation(&situation, &state, &mut self.rng)? {
                 Initiation::Possible => return Ok(BaseChoice::Possible(pose)),
@@ -81,14 +87,15 @@ impl Executive<'_> {
             }
         }
         if nearest.is_none() {
-            nearest = self.place_to_see(&option.anchor.map_from_object, &grid, &here);
+            nearest = self.place_to_see(sought, &option.anchor.map_from_object, &grid, &here);
         }
         Ok(BaseChoice::None { nearest, reason })
     }
 
-    /// The nearest free place that a path leads to and from which an object may be seen well.
+    /// The nearest free place that a path leads to and from which an object may be seen well, and otherwise than before.
     fn place_to_see(
         &self,
+        name: &str,
         map_from_object: &Pose,
         grid: &InflatedGrid,
         here: &Pose2,
@@ -106,6 +113,9 @@ impl Executive<'_> {
                 let away = Vector2::new(bearing.cos(), bearing.sin());
                 let place = Point2::from(object + distance_m * away);
                 let seen = Point2::from(object + AT_OBJECT_M * away);
+                if self.was_looked_at_from(name, &place) {
+                    continue;
+                }
                 if !grid.is_free_at(&place) || !self.aosm.grid.is_line_free(&place, &seen) {
                     continue;
                 }
@@ -119,6 +129,15 @@ impl Executive<'_> {
             }
         }
         best.map(|(_, pose)| pose)
+    }
+
+    /// Whether the robot went about there before to see an object better: it looks the same from there.
+    fn was_looked_at_from(&self, name: &str, place: &Point2<f64>) -> bool {
+        const APART_M: f64 = 0.7;
+        let is_near = |(of, from): &(String, Pose2)| {
+            of == name && (from.translation.vector - place.coords).norm() < APART_M
+        };
+        self.vantages.iter().any(is_near)
     }
 
     /// Base poses of an option's navigation symbol, in free space.

@@ -77,6 +77,9 @@ impl Executive<'_> {
             }
         };
         tries.spent.push(map_from_base);
+        if in_the_way.is_some() {
+            self.vantages.push((sought.to_owned(), map_from_base));
+        }
         if let Err(why) = self.go_to(&map_from_base, sought, view, tries.n)? {
             let lost = match option.kind {
                 OptionKind::Place { .. } => self.check_grip(&option.object)?.err(),
@@ -161,7 +164,7 @@ impl Executive<'_> {
 }
 
 /// The object that the robot must be at for an option.
-fn sought_by(option: &OptionSpec) -> &str {
+pub(crate) fn sought_by(option: &OptionSpec) -> &str {
     match &option.kind {
         OptionKind::Place { target, .. } => target,
         OptionKind::Pick | OptionKind::Articulate { .. } => &option.object,
