@@ -17,6 +17,7 @@ mod approach_region;
 pub mod clustering;
 pub mod density;
 pub mod factors;
+pub mod gaussian_process;
 mod grounding;
 pub mod model;
 mod navigation_symbol;
