@@ -102,6 +102,11 @@ impl<'a> Executive<'a> {
         }
     }
 
+    /// The chore under way, as far as it has got; none between chores.
+    pub fn under_way(&self) -> Option<&RunReport> {
+        (self.stage != Stage::Between).then_some(&self.report)
+    }
+
     /// The topological graph as last grounded.
     pub fn graph(&self) -> &TopologicalGraph {
         &self.graph

@@ -112,6 +112,6 @@ impl Console {
 }
 
 /// Writes a message to standard error; if nobody reads it, there is nobody to tell.
-fn tell(text: &dyn std::fmt::Display) {
+pub(crate) fn tell(text: &dyn std::fmt::Display) {
     writeln!(std::io::stderr(), "{text}").ok();
 }

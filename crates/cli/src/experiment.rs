@@ -9,7 +9,7 @@ use factotum_experiments::sweep::{
 };
 use serde_json::json;
 
-use crate::console::{Answer, Console, usage};
+use crate::console::{Answer, Console, tell, usage};
 use crate::run::FaultName;
 
 /// Arguments of `factotum experiment`.
@@ -148,7 +148,7 @@ fn stop_on_interrupt() -> anyhow::Result<Arc<StopWish>> {
     let raised = stop.clone();
     ctrlc::set_handler(move || {
         if !raised.is_raised() {
-            eprintln!("stopping when the runs under way have ended; Ctrl-C again drops them");
+            tell(&"stopping when the runs under way have ended; Ctrl-C again drops them");
         }
         raised.raise();
     })?;

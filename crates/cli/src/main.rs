@@ -3,8 +3,6 @@
 //! Exit codes: 0 done, 1 ran with a negative answer (no plan, chore not achieved), 2 usage or bad input, 3 internal
 //! fault. With `--json` one JSON document goes to standard output and every message to standard error.
 
-#![expect(clippy::print_stderr, reason = "a command-line program")]
-
 mod assets;
 mod audience;
 mod belief;

@@ -69,7 +69,21 @@ pub(crate) fn map(command: &MapCommand, console: &Console) -> anyhow::Result<Ans
             )?;
         }
         MapCommand::Export { home, out } => {
-            let stored = StoredMap::read(&home.join("map.yaml")).map_err(usage)?;
+            let mut stored = StoredMap::read(&home.join("map.yaml")).map_err(usage)?;
+            let image = out.with_extension("pgm");
+            if image == *out {
+                return Err(usage(format!(
+                    "--out is `{}`; expected the name of the YAML file, the image goes beside it",
+                    out.display()
+                )));
+            }
+            if let Some(file) = [out, &image].into_iter().find(|file| file.exists()) {
+                return Err(usage(format!(
+                    "`{}` exists already; nothing was written",
+                    file.display()
+                )));
+            }
+            stored.metadata.image = image.file_name().map(PathBuf::from).unwrap_or_default();
             stored.write(out).map_err(usage)?;
             console.answer(&json!({"map": out}), || {
                 format!("wrote `{}`", out.display())

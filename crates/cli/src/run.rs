@@ -337,15 +337,23 @@ fn judge(
         None => "not begun".to_owned(),
     };
     let unfinished = RunReport {
-        reason: Some(why),
+        reason: Some(why.clone()),
         ..RunReport::default()
     };
+    let under_way = ended.under_way.clone().map(|report| RunReport {
+        reason: Some(why),
+        ..report
+    });
     let sim = session.sim.borrow();
     let judge = sim.judge();
     let reports = keeper.progress.reports.iter();
     let results = chores
         .iter()
-        .zip(reports.chain(std::iter::repeat(&unfinished)))
+        .zip(
+            reports
+                .chain(&under_way)
+                .chain(std::iter::repeat(&unfinished)),
+        )
         .map(|((name, _), report)| {
             let verdict = judge.achieved(name)?;
             Ok(ChoreResult {

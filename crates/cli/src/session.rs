@@ -1,12 +1,13 @@
 //! A simulated robot at work with somebody watching: what `run` and `map explore` have in common.
 
 use std::cell::RefCell;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
 use clap::Args;
-use factotum_agent::{AgentError, Checkpoint, Executive, Settings, find_in_map};
+use factotum_agent::{AgentError, Checkpoint, Executive, RunReport, Settings, find_in_map};
 use factotum_control::Robot as _;
 use factotum_descriptions::RobotDescription;
 use factotum_experiments::run_folder::RunFolder;
@@ -32,6 +33,9 @@ use crate::wire_view::scene_of;
 /// Edge of a cell of the map, metres.
 pub(crate) const MAP_RESOLUTION_M: f64 = 0.05;
 
+/// Paces that can be asked for, robot seconds per second: slower, nobody could stop it in time.
+const SPEEDS: RangeInclusive<f64> = 0.05..=1000.0;
+
 /// Which robot works in which home, and how it is watched.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct WorldArgs {
@@ -56,17 +60,29 @@ impl WorldArgs {
     /// Reads the models.
     pub(crate) fn load(&self) -> anyhow::Result<(HomeScene, RobotDescription)> {
         let scene = HomeScene::load(&assets::scene(&self.scene)?).map_err(usage)?;
-        let robot = robot::load(&self.robot)?;
-        Ok((scene, robot.description().clone()))
+        let robot = robot::load(&self.robot)?.description().clone();
+        let parts = [
+            ("mobile base", robot.base.is_none()),
+            ("lidar", robot.sensors.lidar.is_none()),
+            ("camera", robot.sensors.camera.is_none()),
+        ];
+        if let Some((part, _)) = parts.iter().find(|(_, is_missing)| *is_missing) {
+            return Err(usage(format!(
+                "robot `{}` has no {part}; in a home a robot needs a mobile base, a lidar and a camera",
+                robot.name
+            )));
+        }
+        Ok((scene, robot))
     }
 
     fn speed(&self) -> anyhow::Result<f64> {
         let speed = self.speed.unwrap_or(if self.headless { 0.0 } else { 2.0 });
-        if speed >= 0.0 && speed.is_finite() {
+        if speed == 0.0 || SPEEDS.contains(&speed) {
             Ok(speed)
         } else {
+            let (least, most) = SPEEDS.into_inner();
             Err(usage(format!(
-                "--speed is {speed}, expected 0 or a positive number"
+                "--speed is {speed}, expected 0 or {least} to {most}"
             )))
         }
     }
@@ -104,6 +120,8 @@ pub(crate) struct Ended {
     pub(crate) n_edges: usize,
     /// What ended it before its time.
     pub(crate) failed: Option<AgentError>,
+    /// The chore that was under way then, as far as it got.
+    pub(crate) under_way: Option<RunReport>,
 }
 
 /// A map of a home of which nothing is known yet but what classes of objects there are.
@@ -136,8 +154,13 @@ impl<'a> Session<'a> {
         })
         .map_err(usage)?;
         if let Some(before) = before {
-            let world = sim.read_snapshot(&before.world)?;
-            sim.restore(&world)?;
+            let changed = |error| {
+                usage(format!(
+                    "the scene or the robot is not as it was when the run was stopped: {error}"
+                ))
+            };
+            let world = sim.read_snapshot(&before.world).map_err(changed)?;
+            sim.restore(&world).map_err(changed)?;
         }
         let time_secs = sim.state()?.time_secs;
         let studio = if args.headless {
@@ -183,6 +206,7 @@ impl<'a> Session<'a> {
             n_nodes: 0,
             n_edges: 0,
             failed: None,
+            under_way: None,
         };
         let worked = self.work(&mut ended, start, planner, keeper, work);
         ended.failed = worked.err();
@@ -242,6 +266,7 @@ impl<'a> Session<'a> {
         let worked = work(&mut executive);
         (ended.n_nodes, ended.n_edges) =
             (executive.graph().nodes.len(), executive.graph().edges.len());
+        ended.under_way = executive.under_way().cloned();
         ended.aosm = executive.into_aosm();
         keeper.borrow_mut().keep_map(&ended.aosm, &self.audience);
         worked

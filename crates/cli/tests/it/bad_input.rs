@@ -84,9 +84,24 @@ fn a_broken_model_is_named_with_the_line() {
 }
 
 #[test]
-fn a_speed_below_zero_is_refused() {
-    let said = factotum(&["run", "--headless", "--no-folder", "--speed=-1"]);
-    assert_refused(&said, &["--speed is -1", "expected 0 or a positive number"]);
+fn a_speed_out_of_range_is_refused() {
+    for speed in ["-1", "1e-25", "inf"] {
+        let option = format!("--speed={speed}");
+        let said = factotum(&["run", "--headless", "--no-folder", &option]);
+        assert_refused(&said, &["--speed is", "expected 0 or 0.05 to 1000"]);
+    }
+}
+
+#[test]
+fn a_robot_that_cannot_drive_and_see_gets_no_chores() {
+    let said = factotum(&["run", "--headless", "--no-folder", "--robot", "panda"]);
+    assert_refused(
+        &said,
+        &[
+            "robot `panda` has no",
+            "a mobile base, a lidar and a camera",
+        ],
+    );
 }
 
 #[test]

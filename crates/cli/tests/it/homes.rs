@@ -41,12 +41,32 @@ fn a_map_comes_out_as_it_went_in() {
     );
     assert_eq!(said.code, Some(0), "{}", said.stderr);
     let metadata = std::fs::read_to_string(dir.path().join("again/map.yaml")).unwrap();
-    let image = metadata
-        .lines()
-        .find_map(|line| line.strip_prefix("image: "))
-        .unwrap();
-    let exported = dir.path().join("again").join(image);
+    assert!(metadata.contains("image: map.pgm"), "{metadata}");
+    let exported = dir.path().join("again/map.pgm");
     assert_eq!(pixels(&dir.path().join("house.pgm")), pixels(&exported));
+}
+
+#[test]
+fn an_export_overwrites_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    write_map(dir.path());
+    let export = |out: &str| factotum_in(dir.path(), &["map", "export", "home", "--out", out]);
+    factotum_in(
+        dir.path(),
+        &["map", "import", "house.yaml", "--out", "home"],
+    );
+    let original = std::fs::read(dir.path().join("house.pgm")).unwrap();
+    std::fs::rename(dir.path().join("house.yaml"), dir.path().join("other.yaml")).unwrap();
+    assert_refused(&export("house.yaml"), &["`house.pgm` exists already"]);
+    assert_refused(&export("other.yaml"), &["`other.yaml` exists already"]);
+    assert_refused(&export("map.pgm"), &["--out is `map.pgm`", "YAML"]);
+    assert_eq!(
+        std::fs::read(dir.path().join("house.pgm")).unwrap(),
+        original
+    );
+    assert_eq!(export("a.yaml").code, Some(0));
+    assert_eq!(export("b.yaml").code, Some(0));
+    assert!(dir.path().join("a.pgm").exists() && dir.path().join("b.pgm").exists());
 }
 
 /// A map of 6 x 4 m, with its walls and one between left and right but for a door at the top.
