@@ -45,7 +45,10 @@ export class StudioConnection {
       return false;
     }
     this.socket.send(JSON.stringify(command));
-    this.store.sent(command.type);
+    // A velocity shows in how the robot moves, not in its status.
+    if (command.type !== "drive") {
+      this.store.sent(command.type);
+    }
     return true;
   }
 

@@ -51,6 +51,12 @@ const ICONS = {
   info: "M12 11.5v4.5M12 8v.01M12 3a9 9 0 1 0 .01 0",
   warning: "M12 8v5M12 16.5v.01M12 3.5L2.5 20h19z",
   error: "M12 7v6M12 16.5v.01M12 3a9 9 0 1 0 .01 0",
+  forward: "M12 20V5M6 11l6-6 6 6",
+  back: "M12 4v15M6 13l6 6 6-6",
+  left: "M20 12H5M11 6l-6 6 6 6",
+  right: "M4 12h15M13 6l6 6-6 6",
+  turnLeft: "M5 13a7 7 0 1 0 7-7M14.5 2.5L11 6l3.5 3.5",
+  turnRight: "M19 13a7 7 0 1 1-7-7M9.5 2.5L13 6 9.5 9.5",
   navigate: "M12 4l7 16-7-4-7 4z",
   manipulate: "M7 20h10M12 20v-6M12 14l-5-5 3-5M7 9h6M13 9l3-2M13 9l3 2",
 } as const;

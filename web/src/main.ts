@@ -3,6 +3,7 @@
 import { socketUrl, StudioConnection } from "./connection";
 import { element, required } from "./dom";
 import { controls } from "./panels/controls";
+import { drivePadPanel } from "./panels/drive_pad_panel";
 import { eventsPanel } from "./panels/events_panel";
 import { legendPanel } from "./panels/legend_panel";
 import { planPanel } from "./panels/plan_panel";
@@ -15,7 +16,7 @@ async function main(): Promise<void> {
   const connection = new StudioConnection(store, socketUrl(window.location));
   const stage = required("stage");
   statusBar(store, required("bar"));
-  stage.append(controls(store, connection));
+  stage.append(controls(store, connection), drivePadPanel(store, connection));
   stage.after(legendPanel(store));
   required("panels").append(planPanel(store), eventsPanel(store));
   connection.open();

@@ -11,7 +11,25 @@ export type ServerMessage = { "type": "hello" } & Hello | { "type": "scene" } & 
 /**
  * From page to studio.
  */
-export type ClientMessage = { "type": "pause" } | { "type": "resume" } | { "type": "stop" };
+export type ClientMessage = { "type": "pause" } | { "type": "resume" } | { "type": "stop" } | { "type": "drive" } & Drive | { "type": "drive_done" };
+
+/**
+ * A velocity of the base, as shares of the robot's limits: each in `[-1, 1]`. Any other number is refused when it is
+ * read.
+ */
+export type Drive = {
+  /**
+   * Ahead; backwards when negative.
+   */
+  forward: number,
+  /**
+   * Sideways to the left; to the right when negative.
+   */
+  left: number,
+  /**
+   * Turning counterclockwise; clockwise when negative.
+   */
+  turn: number, };
 
 /**
  * Who is speaking.
@@ -420,7 +438,11 @@ export type Status = {
   /**
    * Whether the job waits for a `resume`.
    */
-  paused: boolean, };
+  paused: boolean,
+  /**
+   * Whether a person drives: the job takes `drive` and `drive_done`.
+   */
+  takes_driving: boolean, };
 
 /**
  * Phase of a job.

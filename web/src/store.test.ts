@@ -6,7 +6,7 @@ import { EVENTS_MAX, Store } from "./store";
 
 const hello: ServerMessage = { type: "hello", version: VERSION, session: "a" };
 const plan: Plan = { replans: 0, steps: [] };
-const status: Status = { goal: "light off", activity: "acting", paused: false };
+const status: Status = { goal: "light off", activity: "acting", paused: false, takes_driving: false };
 const state: State = {
   time_secs: 1,
   sim_speed: 2,
@@ -97,6 +97,18 @@ describe("the store", () => {
     store.receive({ type: "status", ...status });
     store.receive({ type: "done", achieved: true, summary: "" });
     expect(store.takesCommands()).toBe(false);
+  });
+
+  it("takes driving only from a hand that the job waits for", () => {
+    store.receive({ type: "status", ...status });
+    expect(store.takesDriving()).toBe(false);
+    store.receive({ type: "status", ...status, takes_driving: true });
+    expect(store.takesDriving()).toBe(true);
+    store.receive({ type: "status", ...status, takes_driving: true, paused: true });
+    expect(store.takesDriving()).toBe(false);
+    store.receive({ type: "status", ...status, takes_driving: true });
+    store.connection({ kind: "lost", retryInSecs: 1 });
+    expect(store.takesDriving()).toBe(false);
   });
 
   it("waits for a command to show, and no longer", () => {

@@ -167,6 +167,12 @@ export class Store {
     return connection.kind === "open" && status !== null && !over && done === null;
   }
 
+  /** The job takes velocities from a hand. */
+  takesDriving(): boolean {
+    const { status } = this.slices;
+    return this.takesCommands() && status?.takes_driving === true && !status.paused;
+  }
+
   private forget(): void {
     const empty = emptyPicture();
     Object.assign(this.slices, empty);

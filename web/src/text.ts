@@ -1,5 +1,6 @@
 // Every word a person reads on this page.
 
+import type { Push } from "./drive_pad";
 import type { Activity, EventLevel, PlanStep, StepState } from "./protocol";
 import type { Connection } from "./store";
 
@@ -33,6 +34,9 @@ export const TEXT = {
   speed: "Speed",
   scene: "Live view of the robot in its home. Arrow keys turn, plus and minus zoom.",
   noWebGl: "This browser cannot draw in 3-D (no WebGL 2). Plan and events work all the same.",
+  drive: "Drive by hand",
+  driveHint: "Hold to drive. Arrow keys do too.",
+  driveDone: "Done",
   driving: "drive",
   acting: "act",
 } as const;
@@ -67,6 +71,18 @@ export function levelText(level: EventLevel): string {
     error: "Error",
   };
   return words[level];
+}
+
+export function pushText(push: Push["name"]): string {
+  const words: Record<Push["name"], string> = {
+    forward: "Forward",
+    back: "Back",
+    left: "To the left",
+    right: "To the right",
+    turnLeft: "Turn left",
+    turnRight: "Turn right",
+  };
+  return words[push];
 }
 
 /** An action's name as words: `turn_light-off` reads "turn light off". */

@@ -68,6 +68,7 @@ describe("the page", { skip, concurrency: false }, () => {
       assert.equal(await page.textContent(".chip"), "Acting");
       assert.match(await page.textContent(".goal"), /bottle in the bin/);
       assert.match(await page.getAttribute("canvas", "aria-label"), /\d+ bodies/);
+      assert.equal(await page.getByRole("group", { name: "Drive by hand" }).isVisible(), false);
     });
   });
 
@@ -140,6 +141,45 @@ describe("the page", { skip, concurrency: false }, () => {
         await chip("Stopped");
         await page.locator(".outcome", { hasText: "Not achieved" }).waitFor();
         assert.equal(await page.getByRole("button", { name: "Stop" }).isDisabled(), true);
+      });
+    } finally {
+      await own.stop();
+    }
+  });
+
+  it("drives by keys and by fingers while the job takes it, and says when it is done", async () => {
+    const own = await startDemo(demo, "--drive", "4", "--start", "4", "--speed", "1");
+    try {
+      await onPage(own.url, DESKTOP, async (page) => {
+        const says = (text) => page.locator(".events li", { hasText: text }).last().waitFor();
+        const pad = page.getByRole("group", { name: "Drive by hand" });
+        await pad.waitFor();
+        await page.keyboard.down("w");
+        await says("hand: forward 1, left 0, turn 0");
+        await page.keyboard.down("q");
+        await says("hand: forward 1, left 0, turn 1");
+        await page.keyboard.up("w");
+        await page.keyboard.up("q");
+        await says("hand: forward 0, left 0, turn 0");
+        await page.keyboard.down("ArrowRight");
+        await says("hand: forward 0, left -1, turn 0");
+        await page.keyboard.up("ArrowRight");
+
+        const back = pad.getByRole("button", { name: "Back" });
+        await back.hover();
+        await page.mouse.down();
+        await says("hand: forward -1, left 0, turn 0");
+        await page.evaluate(() => window.dispatchEvent(new Event("blur")));
+        assert.equal((await page.$$(".drive-pad .held")).length, 0, "a page left alone lets go");
+        await page.mouse.up();
+
+        await page.keyboard.press("s");
+        assert.equal(await page.locator("dialog").isVisible(), true, "S is still the page's Stop");
+        await page.keyboard.press("Escape");
+        assert.equal((await page.$$(".events li[data-level='warning']")).length, 0);
+        await pad.getByRole("button", { name: "Done" }).click();
+        await says("driving by hand ends");
+        await pad.waitFor({ state: "hidden" });
       });
     } finally {
       await own.stop();

@@ -60,12 +60,14 @@ impl Executive<'_> {
             }
             self.look_around_here()?;
         }
+        self.conclude("explored")
+    }
+
+    /// The home is known now as well as it will be: tells so.
+    pub(crate) fn conclude(&mut self, how: &str) -> Result<(), AgentError> {
         self.aosm.cloud = self.senses.seen();
         let n_objects = self.aosm.objects.len();
-        self.log(
-            LogLevel::Info,
-            format!("explored: {n_objects} objects found"),
-        )
+        self.log(LogLevel::Info, format!("{how}: {n_objects} objects found"))
     }
 
     /// Turns as far as it takes to have everything around in view that has not been yet.

@@ -8,8 +8,10 @@
 //! thesis 5.3); the skill; a look at what came of it; then on, again from elsewhere, or a new plan.
 
 mod act;
+mod braking;
 mod checkpoint;
 mod drive;
+mod drive_by_hand;
 mod effects;
 mod error;
 mod event;
@@ -26,6 +28,7 @@ mod tell;
 mod viewed;
 
 pub use checkpoint::{Checkpoint, Stage};
+pub use drive_by_hand::{Driver, Steer};
 pub use error::AgentError;
 pub use event::{Event, LogLevel, Observer, StepKind, StepState, StepView, Wish};
 pub use executive::Executive;

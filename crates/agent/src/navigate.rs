@@ -155,7 +155,7 @@ impl Executive<'_> {
         self.show_map()
     }
 
-    fn footprint_m(&self) -> f64 {
+    pub(crate) fn footprint_m(&self) -> f64 {
         let base = self.model.description().base.as_ref();
         base.map_or(0.0, |base| base.footprint_radius_m)
     }

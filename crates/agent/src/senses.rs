@@ -60,6 +60,8 @@ pub(crate) struct Senses {
     n_absent: BTreeMap<String, usize>,
     map_from_odom: Pose2,
     position_std_m: f64,
+    /// Where the last scan met something, in the odometry frame.
+    felt_in_odom: Vec<Point2<f64>>,
 }
 
 impl Senses {
@@ -104,6 +106,7 @@ impl Senses {
             n_absent: BTreeMap::new(),
             map_from_odom,
             position_std_m: 0.0,
+            felt_in_odom: Vec::new(),
         })
     }
 
@@ -115,6 +118,11 @@ impl Senses {
     /// The grid as mapped so far.
     pub(crate) fn map(&self) -> Option<&OccupancyGrid> {
         self.slam.map()
+    }
+
+    /// Where the last scan met something, in the odometry frame.
+    pub(crate) fn felt_in_odom(&self) -> &[Point2<f64>] {
+        &self.felt_in_odom
     }
 
     /// Samples of a class's surface, in Λ, to look up what is near them.
@@ -146,6 +154,8 @@ impl Senses {
         let scan = robot.scan()?;
         let update = self.slam.update(&scan.odom_from_base, &scan.data)?;
         self.map_from_odom = update.map_from_base * scan.odom_from_base.inverse();
+        let hits = scan.data.hits_in_base().into_iter();
+        self.felt_in_odom = hits.map(|hit| scan.odom_from_base * hit).collect();
         self.position_std_m = (update.covariance[(0, 0)] + update.covariance[(1, 1)])
             .max(0.0)
             .sqrt();

@@ -95,6 +95,7 @@ impl Audience {
                 goal: String::new(),
                 activity: wire::Activity::Starting,
                 paused: false,
+                takes_driving: false,
             },
             activity_began_secs: time_secs,
             n_plans: 0,
@@ -158,6 +159,14 @@ impl Audience {
     pub(crate) fn set_paused(&self, paused: bool) {
         self.tell_status(wire::Status {
             paused,
+            ..self.status()
+        });
+    }
+
+    /// Tells whether the robot is driven from the page.
+    pub(crate) fn set_takes_driving(&self, takes_driving: bool) {
+        self.tell_status(wire::Status {
+            takes_driving,
             ..self.status()
         });
     }

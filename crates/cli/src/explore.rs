@@ -1,4 +1,4 @@
-//! `factotum map explore`: a home folder from nothing but a robot's own senses.
+//! `factotum map explore`: a home folder from nothing but a robot's own senses, on its own or driven by hand.
 
 use std::cell::RefCell;
 use std::path::PathBuf;
@@ -19,6 +19,9 @@ use crate::session::{Session, Start, WorldArgs, empty_map};
 pub(crate) struct ExploreArgs {
     #[command(flatten)]
     world: WorldArgs,
+    /// Drive the robot yourself, from the page: it maps what it passes. In real time, unless --speed says otherwise.
+    #[arg(long)]
+    drive: bool,
     /// Home folder to make.
     #[arg(long)]
     out: PathBuf,
@@ -33,20 +36,43 @@ pub(crate) fn explore(args: &ExploreArgs, console: &Console) -> anyhow::Result<A
             args.out.display()
         )));
     }
+    if args.drive && args.world.headless {
+        return Err(usage(
+            "--drive is done by hand from the page, and with --headless there is none; leave one of them out",
+        ));
+    }
     console.progress("loading models");
     let models = args.world.load()?;
+    if args.drive && models.1.base.is_none() {
+        return Err(usage(format!(
+            "robot `{}` has no mobile base to --drive",
+            models.1.name
+        )));
+    }
+    let world = if args.drive {
+        args.world.at_real_time()
+    } else {
+        args.world.clone()
+    };
     let name = models.0.name().to_owned();
     let aosm = empty_map(&models.0)?;
-    let mut session = Session::begin(&args.world, models, None, None, None, started, console)?;
+    let mut session = Session::begin(&world, models, None, None, None, started, console)?;
     session.audience.set_goal("know the home");
     session.audience.set_activity(wire::Activity::Exploring);
+    session.audience.set_takes_driving(args.drive);
+    let mut hand = session.hand.clone();
     let home = Home::create(&args.out, &name, &aosm, started.unix_secs() as f64)?;
     let keeper = RefCell::new(Keeper::new(Some(home), None, None, Instant::now()));
     let planner = Ferroplan::default();
     let ended = session.execute(aosm, &Start::AtOrigin, &planner, &keeper, |executive| {
-        executive.explore(&mut |_| false)
+        if args.drive {
+            executive.drive_by_hand(&mut hand)
+        } else {
+            executive.explore(&mut |_| false)
+        }
     });
     let is_stopped = session.stop.is_raised();
+    session.audience.set_takes_driving(false);
     session.audience.set_activity(wire::Activity::Finished);
     let grid = &ended.aosm.grid;
     let objects: Vec<&String> = ended.aosm.objects.keys().collect();
@@ -55,10 +81,10 @@ pub(crate) fn explore(args: &ExploreArgs, console: &Console) -> anyhow::Result<A
         "width": grid.width(), "height": grid.height(), "sim_secs": session.audience.time_secs(),
     });
     console.answer(&document, || {
-        let how = if is_stopped {
-            "stopped early"
-        } else {
-            "explored"
+        let how = match (is_stopped, args.drive) {
+            (true, _) => "stopped early",
+            (false, true) => "driven through",
+            (false, false) => "explored",
         };
         format!(
             "{name}: {how}; {} x {} cells and {} objects in `{}`",

@@ -10,6 +10,7 @@ mod console;
 mod doctor;
 mod experiment;
 mod explore;
+mod hand;
 mod home;
 mod keeper;
 mod map;

@@ -24,6 +24,7 @@ use crate::assets;
 use crate::audience::Audience;
 use crate::belief::BeliefScene;
 use crate::console::{Console, usage};
+use crate::hand::Hand;
 use crate::keeper::Keeper;
 use crate::robot;
 use crate::snapshot::Snapshot;
@@ -75,6 +76,14 @@ impl WorldArgs {
         Ok((scene, robot))
     }
 
+    /// The same, at real time unless another speed was asked for.
+    pub(crate) fn at_real_time(&self) -> Self {
+        Self {
+            speed: self.speed.or(Some(1.0)),
+            ..self.clone()
+        }
+    }
+
     fn speed(&self) -> anyhow::Result<f64> {
         let speed = self.speed.unwrap_or(if self.headless { 0.0 } else { 2.0 });
         if speed == 0.0 || SPEEDS.contains(&speed) {
@@ -94,6 +103,8 @@ pub(crate) struct Session<'a> {
     pub(crate) sim: RefCell<SimRobot>,
     pub(crate) audience: Audience,
     pub(crate) stop: StopFlag,
+    /// Whoever drives from the page.
+    pub(crate) hand: Hand,
     /// World in map. A map that begins in this session begins where the robot stands.
     pub(crate) world_from_map: Pose2,
     console: &'a Console,
@@ -177,7 +188,8 @@ impl<'a> Session<'a> {
         for source in [wire::SceneSource::Home, wire::SceneSource::Robot] {
             audience.tell(ServerMessage::Scene(scene_of(&bodies, &poses, source)));
         }
-        let mut pacer = Pacer::new(audience.clone(), stop.clone(), &sim, speed);
+        let hand = Hand::default();
+        let mut pacer = Pacer::new(audience.clone(), stop.clone(), hand.clone(), &sim, speed);
         sim.set_observer(FRAME_SECS, Box::new(move |view| pacer.frame(view)));
         Ok(Self {
             world_from_map: before.map_or_else(
@@ -187,6 +199,7 @@ impl<'a> Session<'a> {
             sim: RefCell::new(sim),
             audience,
             stop,
+            hand,
             console,
             seed: args.seed,
         })

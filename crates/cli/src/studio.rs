@@ -47,6 +47,7 @@ pub(crate) fn studio(args: &StudioArgs, console: &Console) -> anyhow::Result<Ans
         goal: format!("look at {name}"),
         activity: wire::Activity::Finished,
         paused: false,
+        takes_driving: false,
     }));
     studio.publish(ServerMessage::Map(map_of(&aosm, &world_from_map)?));
     studio.publish(ServerMessage::Aosm(aosm_of(&aosm, &graph, &world_from_map)));

@@ -18,6 +18,7 @@ use factotum_worlds::{BodyGroup, SimRobot, WorldView};
 use crate::audience::Audience;
 use crate::belief::BeliefScene;
 use crate::console::Console;
+use crate::hand::Hand;
 use crate::keeper::Keeper;
 use crate::wire_view::{aosm_of, map_of, plan_of, planar, pose_of};
 
@@ -54,6 +55,7 @@ pub(crate) const FRAME_SECS: f64 = 1.0 / 30.0;
 pub(crate) struct Pacer {
     audience: Audience,
     stop: StopFlag,
+    hand: Hand,
     names: Vec<String>,
     joints: Vec<String>,
     /// The robot's first body, which its base carries, and the base in it.
@@ -64,7 +66,13 @@ pub(crate) struct Pacer {
 }
 
 impl Pacer {
-    pub(crate) fn new(audience: Audience, stop: StopFlag, robot: &SimRobot, speed: f64) -> Self {
+    pub(crate) fn new(
+        audience: Audience,
+        stop: StopFlag,
+        hand: Hand,
+        robot: &SimRobot,
+        speed: f64,
+    ) -> Self {
         let bodies = robot.visual_bodies();
         let base_body = bodies
             .iter()
@@ -79,6 +87,7 @@ impl Pacer {
         Self {
             audience,
             stop,
+            hand,
             names: bodies.iter().map(|body| body.name.clone()).collect(),
             joints: robot.description().arm.joints.clone(),
             base_body,
@@ -100,6 +109,8 @@ impl Pacer {
             match command {
                 wire::ClientMessage::Stop => self.stop.raise(),
                 wire::ClientMessage::Resume => {}
+                wire::ClientMessage::Drive(drive) => self.hand.hear(drive, Instant::now()),
+                wire::ClientMessage::DriveDone => self.hand.finish(),
                 wire::ClientMessage::Pause => {
                     self.audience.set_paused(true);
                     self.audience
@@ -108,7 +119,9 @@ impl Pacer {
                         match commands.next_within(Duration::from_millis(200)) {
                             Some(wire::ClientMessage::Resume) => break,
                             Some(wire::ClientMessage::Stop) => self.stop.raise(),
-                            Some(wire::ClientMessage::Pause) | None => {}
+                            Some(wire::ClientMessage::DriveDone) => self.hand.finish(),
+                            Some(wire::ClientMessage::Pause | wire::ClientMessage::Drive(_))
+                            | None => {}
                         }
                     }
                     self.audience.set_paused(false);

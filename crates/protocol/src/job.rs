@@ -13,6 +13,8 @@ pub struct Status {
     pub activity: Activity,
     /// Whether the job waits for a `resume`.
     pub paused: bool,
+    /// Whether a person drives: the job takes `drive` and `drive_done`.
+    pub takes_driving: bool,
 }
 
 /// Phase of a job.

@@ -19,6 +19,7 @@
 //! `cargo run -p factotum-protocol --example codegen` brings it up to date.
 
 mod aosm;
+mod drive;
 mod job;
 mod map;
 mod message;
@@ -29,6 +30,7 @@ mod state;
 pub mod typescript;
 
 pub use aosm::{Aosm, AosmEdge, AosmObject, NavigationRegion, ObjectClass, Provenance};
+pub use drive::Drive;
 pub use job::{Activity, Done, Event, EventLevel, Status};
 pub use map::{CELL_OCCUPIED, CELL_UNKNOWN, MapError, OccupancyMap};
 pub use message::{ClientMessage, Hello, ServerMessage};

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use ts_rs::TS;
 
-use crate::{Aosm, BasePath, Done, Event, OccupancyMap, Plan, Scene, State, Status};
+use crate::{Aosm, BasePath, Done, Drive, Event, OccupancyMap, Plan, Scene, State, Status};
 
 /// From studio to page.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, TS)]
@@ -43,7 +43,7 @@ pub struct Hello {
 }
 
 /// From page to studio.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, TS)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, TS)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum ClientMessage {
     /// Hold still until [`Resume`](Self::Resume).
@@ -52,4 +52,9 @@ pub enum ClientMessage {
     Resume,
     /// Stop the job for good. Overrides every command that still waits.
     Stop,
+    /// Drive the base. Sent over and over while a person's hand is on it, at most ten times a second; a page that falls
+    /// silent lets the robot come to rest.
+    Drive(Drive),
+    /// The person has driven enough: the job ends, and keeps what it has.
+    DriveDone,
 }

@@ -3,9 +3,9 @@
 use ts_rs::{Config, TS as _};
 
 use crate::{
-    Activity, Aosm, AosmEdge, AosmObject, BasePath, Body, BodyPose, ClientMessage, Done, Event,
-    EventLevel, Geometry, Hello, JointPosition, NavigationRegion, ObjectClass, OccupancyMap, Plan,
-    PlanStep, Pose, PosePlanar, Provenance, Scene, SceneSource, ServerMessage, Shape, State,
+    Activity, Aosm, AosmEdge, AosmObject, BasePath, Body, BodyPose, ClientMessage, Done, Drive,
+    Event, EventLevel, Geometry, Hello, JointPosition, NavigationRegion, ObjectClass, OccupancyMap,
+    Plan, PlanStep, Pose, PosePlanar, Provenance, Scene, SceneSource, ServerMessage, Shape, State,
     Status, StepKind, StepState,
 };
 
@@ -36,6 +36,7 @@ pub fn module() -> String {
     declare!(
         ServerMessage,
         ClientMessage,
+        Drive,
         Hello,
         Pose,
         PosePlanar,

@@ -1,8 +1,8 @@
 //! What the wire promises: the shape of each message, round trips, and refusal of what is not ours.
 
 use factotum_protocol::{
-    Activity, Aosm, BasePath, Body, BodyPose, ClientMessage, Done, Event, EventLevel, Geometry,
-    Hello, JointPosition, MapError, NavigationRegion, OccupancyMap, Plan, PlanStep, Pose,
+    Activity, Aosm, BasePath, Body, BodyPose, ClientMessage, Done, Drive, Event, EventLevel,
+    Geometry, Hello, JointPosition, MapError, NavigationRegion, OccupancyMap, Plan, PlanStep, Pose,
     PosePlanar, Scene, SceneSource, ServerMessage, Shape, State, Status, StepKind, StepState,
     typescript,
 };
@@ -106,8 +106,9 @@ fn example_messages() -> Vec<(ServerMessage, &'static str)> {
                 goal: "bottle in bin".to_owned(),
                 activity: Activity::Exploring,
                 paused: false,
+                takes_driving: true,
             }),
-            r#"{"type":"status","goal":"bottle in bin","activity":"exploring","paused":false}"#,
+            r#"{"type":"status","goal":"bottle in bin","activity":"exploring","paused":false,"takes_driving":true}"#,
         ),
         (
             ServerMessage::Event(Event {
@@ -157,6 +158,15 @@ fn commands_are_exactly_these() {
         (r#"{"type":"pause"}"#, ClientMessage::Pause),
         (r#"{"type":"resume"}"#, ClientMessage::Resume),
         (r#"{"type":"stop"}"#, ClientMessage::Stop),
+        (
+            r#"{"type":"drive","forward":1.0,"left":-0.5,"turn":0.0}"#,
+            ClientMessage::Drive(Drive {
+                forward: 1.0,
+                left: -0.5,
+                turn: 0.0,
+            }),
+        ),
+        (r#"{"type":"drive_done"}"#, ClientMessage::DriveDone),
     ] {
         assert_eq!(
             serde_json::from_str::<ClientMessage>(json).unwrap(),
@@ -179,6 +189,46 @@ fn commands_are_exactly_these() {
             serde_json::from_str::<ClientMessage>(refused).is_err(),
             "{refused}"
         );
+    }
+}
+
+#[test]
+fn a_velocity_that_no_hand_can_wish_is_refused_with_what_was_found_and_wanted() {
+    let read = |fields: &str| {
+        let json = format!(r#"{{"type":"drive",{fields}}}"#);
+        serde_json::from_str::<ClientMessage>(&json).map_err(|error| error.to_string())
+    };
+    let whole = read(r#""forward":-1,"left":1,"turn":0"#);
+    let wanted = Drive {
+        forward: -1.0,
+        left: 1.0,
+        turn: 0.0,
+    };
+    assert_eq!(whole, Ok(ClientMessage::Drive(wanted)));
+    for (fields, words) in [
+        (
+            r#""forward":1.01,"left":0,"turn":0"#,
+            ["1.01", "in [-1, 1]"],
+        ),
+        (r#""forward":0,"left":-7,"turn":0"#, ["-7", "in [-1, 1]"]),
+        (
+            r#""forward":0,"left":0,"turn":1e300"#,
+            ["1e+300", "in [-1, 1]"],
+        ),
+        (r#""forward":1e999,"left":0,"turn":0"#, ["number", "range"]),
+        (r#""forward":NaN,"left":0,"turn":0"#, ["expected", "value"]),
+        (r#""forward":null,"left":0,"turn":0"#, ["null", "f64"]),
+        (r#""forward":"1","left":0,"turn":0"#, ["string", "f64"]),
+        (r#""forward":0,"left":0"#, ["missing field", "turn"]),
+        (
+            r#""forward":0,"left":0,"turn":0,"up":1"#,
+            ["unknown field", "up"],
+        ),
+    ] {
+        let said = read(fields).unwrap_err();
+        for word in words {
+            assert!(said.contains(word), "no `{word}` in: {said}");
+        }
     }
 }
 

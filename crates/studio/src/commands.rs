@@ -12,7 +12,8 @@ const WAITING_MAX: usize = 64;
 
 /// The waiting commands, in order. Clones share them: each command is handed out once.
 ///
-/// A stop takes the place of every command before it, and is never refused.
+/// A stop takes the place of every command before it, and is never refused. A velocity takes the place of those before
+/// it: what a hand wished a moment ago is of no use.
 #[derive(Clone, Debug, Default)]
 pub struct Commands {
     shared: Arc<Shared>,
@@ -49,6 +50,9 @@ impl Commands {
 
     pub(crate) fn push(&self, command: ClientMessage) -> Result<(), QueueFull> {
         let mut waiting = self.lock();
+        if matches!(command, ClientMessage::Drive(_)) {
+            waiting.retain(|other| !matches!(other, ClientMessage::Drive(_)));
+        }
         if command == ClientMessage::Stop {
             waiting.clear();
         } else if waiting.len() >= WAITING_MAX {
@@ -71,6 +75,8 @@ impl Commands {
 
 #[cfg(test)]
 mod tests {
+    use factotum_protocol::Drive;
+
     use super::*;
 
     #[test]
@@ -92,6 +98,27 @@ mod tests {
         assert_eq!(commands.push(ClientMessage::Resume), Err(QueueFull));
         assert_eq!(commands.push(ClientMessage::Stop), Ok(()));
         assert_eq!(commands.try_next(), Some(ClientMessage::Stop));
+        assert_eq!(commands.try_next(), None);
+    }
+
+    #[test]
+    fn of_velocities_only_the_latest_waits() {
+        let ahead = |forward| {
+            ClientMessage::Drive(Drive {
+                forward,
+                ..Drive::default()
+            })
+        };
+        let commands = Commands::default();
+        commands.push(ahead(0.1)).unwrap();
+        commands.push(ClientMessage::Pause).unwrap();
+        for hundredths in 0..=3 * WAITING_MAX {
+            commands.push(ahead(hundredths as f64 / 200.0)).unwrap();
+        }
+        commands.push(ClientMessage::DriveDone).unwrap();
+        assert_eq!(commands.try_next(), Some(ClientMessage::Pause));
+        assert_eq!(commands.try_next(), Some(ahead(0.96)));
+        assert_eq!(commands.try_next(), Some(ClientMessage::DriveDone));
         assert_eq!(commands.try_next(), None);
     }
 

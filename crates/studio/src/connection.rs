@@ -25,7 +25,7 @@ const SEND_TIMEOUT: Duration = Duration::from_secs(20);
 const CLOSE_TIMEOUT: Duration = Duration::from_millis(500);
 /// A quiet connection is tried this often, so that one that broke is noticed.
 const PING_PERIOD: Duration = Duration::from_secs(10);
-/// Commands that a page may send in one [`COMMANDS_WINDOW`]; hands are slower.
+/// Commands that a page may send in one [`COMMANDS_WINDOW`]: twice as many as one from which a robot is driven.
 const COMMANDS_MAX: u32 = 40;
 /// See [`COMMANDS_MAX`].
 const COMMANDS_WINDOW: Duration = Duration::from_secs(2);
@@ -181,7 +181,10 @@ async fn receive(
 fn take(text: &str, shared: &Shared) -> Result<(), String> {
     let command: ClientMessage = serde_json::from_str(text)
         .map_err(|error| format!("a message of the page is not a command: {error}"))?;
-    tracing::info!(?command, "command from a page");
+    match command {
+        ClientMessage::Drive(drive) => tracing::debug!(?drive, "velocity from a page"),
+        _ => tracing::info!(?command, "command from a page"),
+    }
     shared
         .commands
         .push(command)

@@ -217,6 +217,13 @@ impl SimRobot {
         self.placed.world_from_base
     }
 
+    /// Force with which everything else pushes the robot at this moment, N: zero while it touches nothing. For those who
+    /// measure; the robot cannot know.
+    pub fn push_on_robot_n(&self) -> f64 {
+        let force = self.state.contact_force_on(&self.assembly.robot.geoms);
+        force.norm()
+    }
+
     /// Where an object's Λ really is. For those who measure; the robot cannot know.
     ///
     /// # Errors

@@ -3,6 +3,7 @@
 
 mod bad_input;
 mod demonstrated;
+mod driven;
 mod help;
 mod homes;
 mod honesty;

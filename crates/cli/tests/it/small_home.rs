@@ -1,5 +1,7 @@
 //! A user's own home: one room, soon explored.
 
+use std::path::Path;
+
 use tempfile::TempDir;
 
 use crate::{Said, factotum_in, repository};
@@ -73,6 +75,11 @@ impl SmallHome {
         std::fs::write(dir.path().join("scene.toml"), names + SCENE).unwrap();
         std::fs::write(dir.path().join("structure.xml"), STRUCTURE).unwrap();
         Self(dir)
+    }
+
+    /// The folder with its scene.
+    pub(crate) fn path(&self) -> &Path {
+        self.0.path()
     }
 
     /// Runs one chore in it, headless.

@@ -1,9 +1,10 @@
 //! A job for the page to show, without any physics: a drawn home, a robot on rails, and a story
 //! with exploration, a plan, a grasp that slips and three chores.
 //!
-//! `cargo run -p factotum-studio --example demo -- [--port P] [--speed X] [--start SECS]`
+//! `cargo run -p factotum-studio --example demo -- [--port P] [--speed X] [--start SECS] [--drive SECS]`
 //!
-//! Prints the address to open. `--start` tells the story up to then at once, for a screenshot.
+//! Prints the address to open. `--start` tells the story up to then at once, for a screenshot. `--drive` lets the story
+//! wait from then on for a person who drives.
 #![expect(
     clippy::print_stdout,
     clippy::print_stderr,
@@ -39,6 +40,7 @@ struct Options {
     port: u16,
     speed: f64,
     start_secs: f64,
+    drive_secs: f64,
 }
 
 impl Options {
@@ -47,6 +49,7 @@ impl Options {
             port: 0,
             speed: 2.0,
             start_secs: 0.0,
+            drive_secs: f64::INFINITY,
         };
         while let Some(name) = arguments.next() {
             let value = arguments.next().unwrap_or_default();
@@ -54,11 +57,12 @@ impl Options {
                 "--port" => value.parse().map(|port| options.port = port).is_ok(),
                 "--speed" => value.parse().map(|speed| options.speed = speed).is_ok(),
                 "--start" => value.parse().map(|secs| options.start_secs = secs).is_ok(),
+                "--drive" => value.parse().map(|secs| options.drive_secs = secs).is_ok(),
                 _ => false,
             };
             if !known {
                 return Err(format!(
-                    "unknown argument `{name} {value}`; there are --port P, --speed X, --start SECS"
+                    "unknown argument `{name} {value}`; there are --port P, --speed X, --start SECS, --drive SECS"
                 ));
             }
         }
@@ -66,7 +70,7 @@ impl Options {
     }
 }
 
-fn run(options: Options) -> Result<(), String> {
+fn run(mut options: Options) -> Result<(), String> {
     let studio = Studio::start(StudioConfig {
         bind: SocketAddr::from((Ipv4Addr::LOCALHOST, options.port)),
         ..StudioConfig::default()
@@ -82,12 +86,18 @@ fn run(options: Options) -> Result<(), String> {
 
     let mut paused = false;
     loop {
+        if story.time_secs() >= options.drive_secs {
+            options.drive_secs = f64::INFINITY;
+            story.take_driving(true, &studio);
+        }
         let frame_start = Instant::now();
         while let Some(command) = commands.try_next() {
             match command {
                 ClientMessage::Pause => paused = true,
                 ClientMessage::Resume => paused = false,
                 ClientMessage::Stop => story.stop(&studio),
+                ClientMessage::Drive(drive) => story.drive_by_hand(drive, &studio),
+                ClientMessage::DriveDone => story.take_driving(false, &studio),
             }
             story.set_paused(paused, &studio);
         }

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use factotum_protocol::{
-    Activity, Aosm, AosmEdge, AosmObject, BasePath, BodyPose, Done, Event, EventLevel,
+    Activity, Aosm, AosmEdge, AosmObject, BasePath, BodyPose, Done, Drive, Event, EventLevel,
     NavigationRegion, ObjectClass, OccupancyMap, Plan, PlanStep, Pose, PosePlanar, Provenance,
     ServerMessage, State, Status, StepKind, StepState,
 };
@@ -15,6 +15,8 @@ use crate::robot::{self, Arm, TUCKED};
 const DRIVE_M_PER_SEC: f64 = 0.8;
 const TURN_RAD_PER_SEC: f64 = 1.6;
 const ARM_RAD_PER_SEC: f64 = 1.3;
+/// A hand that says nothing for so long has let go.
+const HAND_SECS: f64 = 0.4;
 const MAP_PERIOD_SECS: f64 = 0.5;
 const BASE_RADIUS_M: f64 = 0.36;
 
@@ -53,6 +55,8 @@ pub(crate) struct Story {
     aosm: Aosm,
     plan: Plan,
     status: Status,
+    /// What a hand wishes, and for how long yet.
+    hand: (Drive, f64),
     over: bool,
 }
 
@@ -81,7 +85,9 @@ impl Story {
                 goal: "Tidy up: bottle in the bin, light off, faucet closed".to_owned(),
                 activity: Activity::Starting,
                 paused: false,
+                takes_driving: false,
             },
+            hand: (Drive::default(), 0.0),
             over: false,
         };
         story.show_status(studio);
@@ -111,9 +117,52 @@ impl Story {
         }));
     }
 
+    /// The story waits for a person who drives, or goes on.
+    pub(crate) fn take_driving(&mut self, takes_driving: bool, studio: &StudioHandle) {
+        if self.status.takes_driving != takes_driving {
+            self.status.takes_driving = takes_driving;
+            let what = if takes_driving { "begins" } else { "ends" };
+            self.say(EventLevel::Info, &format!("driving by hand {what}"), studio);
+            self.show_status(studio);
+        }
+    }
+
+    /// Takes the velocity that a hand wishes, and says so when it is another.
+    pub(crate) fn drive_by_hand(&mut self, drive: Drive, studio: &StudioHandle) {
+        if drive != self.hand.0 {
+            let Drive {
+                forward,
+                left,
+                turn,
+            } = drive;
+            let text = format!("hand: forward {forward}, left {left}, turn {turn}");
+            self.say(EventLevel::Info, &text, studio);
+        }
+        self.hand = (drive, HAND_SECS);
+    }
+
+    /// Moves the base as the hand wishes, until it falls silent; there are no walls for it.
+    fn follow_hand(&mut self, dt: f64) {
+        let (drive, left_secs) = self.hand;
+        self.hand.1 = (left_secs - dt).max(0.0);
+        if left_secs <= 0.0 {
+            return;
+        }
+        let (sin, cos) = self.base.yaw.sin_cos();
+        self.base.x += DRIVE_M_PER_SEC * dt * (cos * drive.forward - sin * drive.left);
+        self.base.y += DRIVE_M_PER_SEC * dt * (sin * drive.forward + cos * drive.left);
+        self.base.yaw += TURN_RAD_PER_SEC * dt * drive.turn;
+        self.carry();
+    }
+
     /// Lets `dt` seconds pass.
     pub(crate) fn advance(&mut self, dt: f64, studio: &StudioHandle) {
         self.time_secs += dt;
+        if self.status.takes_driving {
+            self.follow_hand(dt);
+            self.show_map_in_time(studio);
+            return;
+        }
         let mut beat = match self.current.take().or_else(|| self.beats.next()) {
             Some(beat) => beat,
             None => return,
@@ -122,7 +171,13 @@ impl Story {
         if !finished {
             self.current = Some(beat);
         }
-        if self.status.activity == Activity::Exploring && self.time_secs >= self.map_at_secs {
+        if self.status.activity == Activity::Exploring {
+            self.show_map_in_time(studio);
+        }
+    }
+
+    fn show_map_in_time(&mut self, studio: &StudioHandle) {
+        if self.time_secs >= self.map_at_secs {
             self.map_at_secs = self.time_secs + MAP_PERIOD_SECS;
             self.grid.look_around([self.base.x, self.base.y]);
             self.show_map(studio);

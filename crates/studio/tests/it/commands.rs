@@ -44,7 +44,9 @@ async fn a_message_that_is_no_command_is_answered_and_changes_nothing() {
     let mut page = Page::open(&studio).await;
     let mut other = Page::open(&studio).await;
     assert!(matches!(page.next().await, ServerMessage::Hello(_)));
-    for text in ["", "pause", r#"{"type":"explode"}"#, "[[[[[[[[", "\u{0}"] {
+    let too_fast = r#"{"type":"drive","forward":2,"left":0,"turn":0}"#;
+    let explode = r#"{"type":"explode"}"#;
+    for text in ["", "pause", explode, too_fast, "[[[[[[[[", "\u{0}"] {
         page.send(text).await;
         match page.next().await {
             ServerMessage::Event(event) => {
