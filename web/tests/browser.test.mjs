@@ -148,7 +148,7 @@ describe("the page", { skip, concurrency: false }, () => {
   });
 
   it("drives by keys and by fingers while the job takes it, and says when it is done", async () => {
-    const own = await startDemo(demo, "--drive", "4", "--start", "4", "--speed", "1");
+    const own = await startDemo(demo, "--drive", "4", "--start", "4", "--speed", "0.1");
     try {
       await onPage(own.url, DESKTOP, async (page) => {
         const says = (text) => page.locator(".events li", { hasText: text }).last().waitFor();

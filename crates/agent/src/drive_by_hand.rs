@@ -149,7 +149,7 @@ impl Executive<'_> {
 
     /// What of a wished velocity leads near nothing that the last scan or the map shows.
     fn keep_clear(
-        &mut self,
+        &self,
         state: &RobotState,
         wished: &Vector3<f64>,
         limits: &BaseLimits,

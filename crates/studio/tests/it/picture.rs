@@ -40,6 +40,7 @@ fn status(paused: bool) -> ServerMessage {
         goal: "light off".to_owned(),
         activity: Activity::Acting,
         paused,
+        takes_driving: false,
     })
 }
 
