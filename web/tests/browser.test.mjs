@@ -15,6 +15,8 @@ const skip =
 
 const DESKTOP = { viewport: { width: 1280, height: 800 } };
 const PHONE = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true };
+/** Few pixels, for what asks the page many things while it draws. */
+const SMALL = { viewport: { width: 800, height: 480 } };
 /** In the middle of the plan, with a step that was tried twice. */
 const MID_PLAN = ["--start", "29", "--speed", "0.1"];
 
@@ -150,7 +152,7 @@ describe("the page", { skip, concurrency: false }, () => {
   it("drives by keys and by fingers while the job takes it, and says when it is done", async () => {
     const own = await startDemo(demo, "--drive", "4", "--start", "4", "--speed", "0.1");
     try {
-      await onPage(own.url, DESKTOP, async (page) => {
+      await onPage(own.url, SMALL, async (page) => {
         const says = (text) => page.locator(".events li", { hasText: text }).last().waitFor();
         const pad = page.getByRole("group", { name: "Drive by hand" });
         await pad.waitFor();

@@ -140,11 +140,7 @@ impl Executive<'_> {
             }
             .into());
         };
-        Ok(BaseLimits {
-            velocity_max_m_per_s: base.velocity_max_m_per_s,
-            yaw_rate_max_rad_per_s: base.yaw_rate_max_rad_per_s,
-            acceleration_max_m_per_s2: base.acceleration_max_m_per_s2,
-        })
+        Ok(base.into())
     }
 
     /// What of a wished velocity leads near nothing that the last scan or the map shows.

@@ -156,8 +156,7 @@ impl Executive<'_> {
     }
 
     pub(crate) fn footprint_m(&self) -> f64 {
-        let base = self.model.description().base.as_ref();
-        base.map_or(0.0, |base| base.footprint_radius_m)
+        self.model.description().footprint_radius_m()
     }
 
     /// The grid with obstacles grown by the footprint and `clearance_m`.
@@ -258,11 +257,7 @@ impl Executive<'_> {
             viewed,
             ..
         } = self;
-        let footprint_m = robot
-            .description()
-            .base
-            .as_ref()
-            .map_or(0.0, |base| base.footprint_radius_m);
+        let footprint_m = robot.description().footprint_radius_m();
         let mut sent = start_drift;
         let mut n_looks = 0_usize;
         let ended = drive::follow(*robot, start_drift, path, length_m, &mut |robot| {

@@ -172,11 +172,7 @@ impl Senses {
     ) -> Result<(), AgentError> {
         let picture = robot.look()?;
         let mut frame = picture.data;
-        let footprint_m = robot
-            .description()
-            .base
-            .as_ref()
-            .map_or(0.0, |base| base.footprint_radius_m);
+        let footprint_m = robot.description().footprint_radius_m();
         blank_robot(&mut frame, footprint_m, base_from_held);
         let map_from_base = pose_from_planar(&(self.map_from_odom * picture.odom_from_base), 0.0);
         self.cloud.add(&map_from_base, &frame, |label| label == 0);

@@ -43,12 +43,6 @@ pub(crate) fn explore(args: &ExploreArgs, console: &Console) -> anyhow::Result<A
     }
     console.progress("loading models");
     let models = args.world.load()?;
-    if args.drive && models.1.base.is_none() {
-        return Err(usage(format!(
-            "robot `{}` has no mobile base to --drive",
-            models.1.name
-        )));
-    }
     let world = if args.drive {
         args.world.at_real_time()
     } else {

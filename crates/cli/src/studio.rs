@@ -36,10 +36,9 @@ pub(crate) fn studio(args: &StudioArgs, console: &Console) -> anyhow::Result<Ans
     let studio = Studio::start(StudioConfig::default())?;
     let world_from_map = Pose2::identity();
     let robot = robot::load(&args.robot)?;
-    let base = robot.description().base.as_ref();
     let graph = ground_home(
         &aosm,
-        base.map_or(0.0, |base| base.footprint_radius_m),
+        robot.description().footprint_radius_m(),
         &Settings::default(),
         &mut ChaCha8Rng::seed_from_u64(0),
     );

@@ -17,6 +17,7 @@
 //!
 //! Poses and velocities: the path and the base's pose are in one frame (odometry); the command is in the base frame.
 
+use factotum_descriptions::Base;
 use factotum_geometry::Pose2;
 use factotum_geometry::frames::wrap_angle;
 use nalgebra::{Rotation2, Vector2, Vector3};
@@ -51,6 +52,16 @@ pub struct BaseLimits {
     pub yaw_rate_max_rad_per_s: f64,
     /// Acceleration, m/s²; turning keeps the same ratio of rate to acceleration.
     pub acceleration_max_m_per_s2: f64,
+}
+
+impl From<&Base> for BaseLimits {
+    fn from(base: &Base) -> Self {
+        Self {
+            velocity_max_m_per_s: base.velocity_max_m_per_s,
+            yaw_rate_max_rad_per_s: base.yaw_rate_max_rad_per_s,
+            acceleration_max_m_per_s2: base.acceleration_max_m_per_s2,
+        }
+    }
 }
 
 impl BaseLimits {

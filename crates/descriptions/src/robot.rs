@@ -248,6 +248,12 @@ struct RawRobot {
 }
 
 impl RobotDescription {
+    /// Radius of the circle on the floor that the base needs, metres: 0 without a base.
+    pub fn footprint_radius_m(&self) -> f64 {
+        let base = self.base.as_ref();
+        base.map_or(0.0, |base| base.footprint_radius_m)
+    }
+
     /// Reads `DIR/robot.toml` (or the file itself, if `path` names one).
     ///
     /// # Errors

@@ -37,19 +37,10 @@ pub(crate) struct BaseControl {
     pub(crate) motion: Option<BaseMotion>,
 }
 
-/// The limits of a described base.
-pub(crate) fn limits_of(base: &Base) -> BaseLimits {
-    BaseLimits {
-        velocity_max_m_per_s: base.velocity_max_m_per_s,
-        yaw_rate_max_rad_per_s: base.yaw_rate_max_rad_per_s,
-        acceleration_max_m_per_s2: base.acceleration_max_m_per_s2,
-    }
-}
-
 impl BaseControl {
     pub(crate) fn new(base: &Base) -> Self {
         Self {
-            limits: limits_of(base),
+            limits: base.into(),
             command: Vector3::zeros(),
             motion: None,
         }
