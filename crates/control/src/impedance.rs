@@ -84,7 +84,7 @@ impl Posture {
 }
 
 /// Inertia of the arm as felt at the tool, and what is derived from it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct OperationalSpace {
     /// Λ_p: apparent mass at the tool, kg, base frame.
     pub inertia_position: Matrix3<f64>,
@@ -196,19 +196,29 @@ pub fn impedance_torques_in(
 ) -> Result<DVector<f64>, ControlError> {
     check_finite(
         "impedance gains",
-        &[gains.kp_position, gains.kp_rotation, gains.damping_ratio],
+        gains
+            .kp_position
+            .iter()
+            .chain(&gains.kp_rotation)
+            .chain([&gains.damping_ratio]),
     )?;
     check_finite("tool target", target.base_from_tcp.to_homogeneous().iter())?;
     check_finite("tool target velocity", target.velocity.iter())?;
+    let damping_of = |kp: &Vector3<f64>| kp.map(|kp| damping(kp, gains.damping_ratio));
     let velocity_error = target.velocity - arm.tool_velocity();
     let position_error =
         target.base_from_tcp.translation.vector - arm.base_from_tcp.translation.vector;
     let force = space.inertia_position
-        * (position_error * gains.kp_position
-            + velocity_error.fixed_rows::<3>(0) * damping(gains.kp_position, gains.damping_ratio));
+        * (position_error.component_mul(&gains.kp_position)
+            + velocity_error
+                .fixed_rows::<3>(0)
+                .component_mul(&damping_of(&gains.kp_position)));
     let moment = space.inertia_rotation
-        * (rotation_error(&arm.base_from_tcp, &target.base_from_tcp) * gains.kp_rotation
-            + velocity_error.fixed_rows::<3>(3) * damping(gains.kp_rotation, gains.damping_ratio));
+        * (rotation_error(&arm.base_from_tcp, &target.base_from_tcp)
+            .component_mul(&gains.kp_rotation)
+            + velocity_error
+                .fixed_rows::<3>(3)
+                .component_mul(&damping_of(&gains.kp_rotation)));
     let mut torques = arm.jacobian.fixed_rows::<3>(0).transpose() * force
         + arm.jacobian.fixed_rows::<3>(3).transpose() * moment
         + &arm.bias;

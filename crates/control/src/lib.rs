@@ -13,6 +13,8 @@
 //! | [`joint_tracking`] | computed-torque tracking of joint targets |
 //! | [`torque_limit`] | torque and torque rate limits |
 //! | [`safety`] | the safety envelope σ of the thesis, section 3.2.1 |
+//! | [`barrier`] | a hard guard of the joint limits, our own option beside σ |
+//! | [`tool_servo`] | tool target to motor torques: impedance, guard, limits |
 //! | [`tool_path`] | where the tool should be at a time |
 //! | [`base_tracking`] | following a path with an omnidirectional base |
 //! | [`gripper`] | finger targets under a force limit, and when a grip is done |
@@ -23,6 +25,7 @@
 
 pub mod arm_dynamics;
 pub mod arm_state;
+pub mod barrier;
 pub mod base_tracking;
 pub mod composition;
 mod error;
@@ -32,6 +35,7 @@ pub mod joint_tracking;
 pub mod robot;
 pub mod safety;
 pub mod tool_path;
+pub mod tool_servo;
 pub mod torque_limit;
 pub mod wrench_estimate;
 

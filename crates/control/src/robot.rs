@@ -81,22 +81,29 @@ pub struct ToolPath {
 /// Gains of Eq. 3.1. They multiply the operational-space inertia, so their unit is 1/s².
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Impedance {
-    /// Position gain, 1/s².
-    pub kp_position: f64,
-    /// Rotation gain, 1/s².
-    pub kp_rotation: f64,
+    /// Position gains along x, y and z of the base frame, 1/s².
+    pub kp_position: Vector3<f64>,
+    /// Rotation gains about x, y and z of the base frame, 1/s².
+    pub kp_rotation: Vector3<f64>,
     /// Damping ratio; 1 is critical damping.
     pub damping_ratio: f64,
+}
+
+impl Impedance {
+    /// The same gains along all axes, critically damped.
+    pub fn uniform(kp_position: f64, kp_rotation: f64) -> Self {
+        Self {
+            kp_position: Vector3::repeat(kp_position),
+            kp_rotation: Vector3::repeat(kp_rotation),
+            damping_ratio: 1.0,
+        }
+    }
 }
 
 impl Default for Impedance {
     /// 150 1/s² and critical damping: the middle of the range `[0, 300]` that the thesis' experiments use.
     fn default() -> Self {
-        Self {
-            kp_position: 150.0,
-            kp_rotation: 150.0,
-            damping_ratio: 1.0,
-        }
+        Self::uniform(150.0, 150.0)
     }
 }
 

@@ -108,8 +108,8 @@ impl SafetyEnvelope {
     /// Gains with the stiffness capped to `[0, kp_max]`.
     pub fn cap(&self, wished: Impedance) -> Impedance {
         Impedance {
-            kp_position: wished.kp_position.clamp(0.0, self.kp_max),
-            kp_rotation: wished.kp_rotation.clamp(0.0, self.kp_max),
+            kp_position: wished.kp_position.map(|kp| kp.clamp(0.0, self.kp_max)),
+            kp_rotation: wished.kp_rotation.map(|kp| kp.clamp(0.0, self.kp_max)),
             damping_ratio: wished.damping_ratio,
         }
     }

@@ -182,11 +182,7 @@ impl WaySkill for Articulate {
         }
         let needs = ToolPathNeeds {
             speed_m_per_s: SPEED_M_PER_S,
-            impedance: Impedance {
-                kp_position: 200.0,
-                kp_rotation: 100.0,
-                damping_ratio: 1.0,
-            },
+            impedance: Impedance::uniform(200.0, 100.0),
             stop_force_n: None,
             tolerance_m: TOLERANCE_M,
         };

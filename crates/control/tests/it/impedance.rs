@@ -24,7 +24,7 @@ fn displacement_under(n: usize, force: Vector3<f64>, gains: Impedance) -> (Vecto
     let offset = arm.base_from_tcp.translation.vector - start.base_from_tcp.translation.vector;
     let space = OperationalSpace::of(&arm).unwrap();
     (
-        space.inertia_position * offset * gains.kp_position,
+        space.inertia_position * offset.component_mul(&gains.kp_position),
         offset.norm(),
     )
 }
@@ -32,9 +32,8 @@ fn displacement_under(n: usize, force: Vector3<f64>, gains: Impedance) -> (Vecto
 #[test]
 fn a_displaced_tool_pushes_back_with_lambda_kp_dx() {
     let gains = Impedance {
-        kp_position: 150.0,
-        kp_rotation: 150.0,
-        damping_ratio: 1.0,
+        kp_position: Vector3::new(150.0, 100.0, 250.0),
+        ..Impedance::default()
     };
     for (n, force) in [
         (7, Vector3::new(6.0, -3.0, 2.0)),
@@ -56,11 +55,7 @@ fn a_displaced_tool_pushes_back_with_lambda_kp_dx() {
 fn a_stiffer_tool_gives_way_less() {
     let force = Vector3::new(4.0, 0.0, 3.0);
     let at = |kp: f64| {
-        let gains = Impedance {
-            kp_position: kp,
-            kp_rotation: 150.0,
-            damping_ratio: 1.0,
-        };
+        let gains = Impedance::uniform(kp, 150.0);
         displacement_under(7, force, gains).1
     };
     assert!(at(300.0) < 0.6 * at(150.0));
@@ -160,7 +155,7 @@ fn bad_input_is_an_error() {
     let error = impedance_torques(&arm, &target, &Impedance::default(), Some(&short)).unwrap_err();
     assert_eq!(error.to_string(), "posture has 6 values, expected 7");
     let nan = Impedance {
-        kp_position: f64::NAN,
+        kp_position: Vector3::repeat(f64::NAN),
         ..Impedance::default()
     };
     assert!(impedance_torques(&arm, &target, &nan, None).is_err());

@@ -188,12 +188,12 @@ impl SimRobot {
             tolerance_m,
         } = path;
         let poses = TimedPoses::new(base_from_tcp).map_err(refusal)?;
-        let gains = [
-            impedance.kp_position,
-            impedance.kp_rotation,
-            impedance.damping_ratio,
-        ];
-        if gains.iter().any(|gain| !(gain.is_finite() && *gain >= 0.0)) {
+        let mut gains = impedance
+            .kp_position
+            .iter()
+            .chain(&impedance.kp_rotation)
+            .chain([&impedance.damping_ratio]);
+        if gains.any(|gain| !(gain.is_finite() && *gain >= 0.0)) {
             return refused(format!(
                 "impedance {impedance:?}; expected finite gains, zero or more"
             ));

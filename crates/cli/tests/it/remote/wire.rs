@@ -55,7 +55,7 @@ pub(crate) fn command_to(command: &Command) -> Value {
             .collect::<Vec<_>>() }),
         Command::Tool(path) => json!({
             "tool": path.base_from_tcp.iter().map(|(time, pose)| json!([time, pose_to(pose)])).collect::<Vec<_>>(),
-            "impedance": [path.impedance.kp_position, path.impedance.kp_rotation, path.impedance.damping_ratio],
+            "impedance": gains_to(&path.impedance),
             "stop_force_n": path.stop_force_n,
             "tolerance_m": path.tolerance_m,
         }),
@@ -68,6 +68,11 @@ pub(crate) fn command_to(command: &Command) -> Value {
         }
         Command::Gripper(goal) => json!({ "opening": goal.opening, "force_n": goal.force_n }),
     }
+}
+
+fn gains_to(impedance: &Impedance) -> Vec<f64> {
+    let gains = impedance.kp_position.iter().chain(&impedance.kp_rotation);
+    gains.copied().chain([impedance.damping_ratio]).collect()
 }
 
 fn command_from(value: &Value) -> Command {
@@ -84,9 +89,9 @@ fn command_from(value: &Value) -> Command {
         return Command::Tool(ToolPath {
             base_from_tcp: list(tool, |item| (number(&item[0]), pose_from(&item[1]))),
             impedance: Impedance {
-                kp_position: gains[0],
-                kp_rotation: gains[1],
-                damping_ratio: gains[2],
+                kp_position: Vector3::from_column_slice(&gains[..3]),
+                kp_rotation: Vector3::from_column_slice(&gains[3..6]),
+                damping_ratio: gains[6],
             },
             stop_force_n: value["stop_force_n"].as_f64(),
             tolerance_m: number(&value["tolerance_m"]),
