@@ -11,6 +11,7 @@ pub mod checkpoint;
 pub mod dmp;
 mod elementwise;
 pub mod environment;
+pub mod lwr;
 pub mod mlp;
 mod panels;
 pub mod replay;

@@ -3,10 +3,6 @@
 use super::DmpError;
 use super::error::check_positive;
 
-/// Longest step of the integration as a share of the duration; with the default damping, positions then err by less
-/// than a ten-thousandth of the way (the midpoint rule is of second order).
-const SUBSTEP_SHARE_MAX: f64 = 1.0 / 400.0;
-
 /// Longest single step in durations: by then the motion has long ended.
 const STEP_SHARE_MAX: f64 = 1000.0;
 
@@ -15,8 +11,12 @@ pub(super) fn phase_at(share: f64, phase_decay: f64) -> f64 {
     (-phase_decay * share).exp()
 }
 
-/// How many equal substeps a step takes, and how long each is (s).
-pub(super) fn substeps(step_s: f64, duration_s: f64) -> Result<(usize, f64), DmpError> {
+/// How many equal substeps a step takes that last at most a share of the duration, and how long each is (s).
+pub(super) fn substeps(
+    step_s: f64,
+    duration_s: f64,
+    share_max: f64,
+) -> Result<(usize, f64), DmpError> {
     check_positive("step", step_s)?;
     let share = step_s / duration_s;
     if share > STEP_SHARE_MAX {
@@ -26,6 +26,6 @@ pub(super) fn substeps(step_s: f64, duration_s: f64) -> Result<(usize, f64), Dmp
             wanted: "at most 1000",
         });
     }
-    let n_substeps = (share / SUBSTEP_SHARE_MAX).ceil().max(1.0) as usize;
+    let n_substeps = (share / share_max).ceil().max(1.0) as usize;
     Ok((n_substeps, step_s / n_substeps as f64))
 }

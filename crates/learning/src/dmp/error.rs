@@ -1,5 +1,7 @@
 //! What makes a demonstration or a motion unusable.
 
+use crate::lwr::LwrError;
+
 /// Why a primitive could not be learned or run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -37,6 +39,12 @@ pub enum DmpError {
         found: f64,
         /// The range in words.
         wanted: &'static str,
+    },
+    /// Forces that cannot be regressed.
+    #[error("the forces of the demonstration cannot be learned: {source}")]
+    Forces {
+        /// What the regression says.
+        source: LwrError,
     },
 }
 

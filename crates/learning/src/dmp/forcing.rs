@@ -3,6 +3,7 @@
 use super::canonical::phase_at;
 use super::error::{check_finite, check_size};
 use super::{DmpError, DmpParams};
+use crate::lwr::{Activation, LocalModel, LocallyWeightedRegression, LwrError, ReceptiveFields};
 use nalgebra::DMatrix;
 
 /// Narrowness of the kernels: half way to the next centre each has fallen to 1/e. Chosen by measurement: 1 and 2 smooth
@@ -10,47 +11,32 @@ use nalgebra::DMatrix;
 const OVERLAP: f64 = 4.0;
 
 /// Forces over the phase: kernels shared by all dimensions, and one weight per dimension and kernel.
+///
+/// A locally weighted regression whose models are lines through the origin: a weight is the slope of a force over the
+/// phase.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForcingTerms {
-    /// Phases at which the kernels peak, falling; evenly spread in time.
-    centers: Vec<f64>,
-    /// `h_i`, [`OVERLAP`] over the squared distance to the next centre.
-    widths: Vec<f64>,
-    /// `(n_dims, n_kernels)`.
-    weights: DMatrix<f64>,
+    force: LocallyWeightedRegression,
 }
 
 impl ForcingTerms {
     /// Fits weights by locally weighted regression to `(n_dims, n_samples)` forces at equal steps over the duration.
-    ///
-    /// Each kernel's weight is the least-squares slope of force over phase, samples weighted by the kernel.
-    pub(super) fn fit(params: &DmpParams, forces: &DMatrix<f64>) -> Self {
-        let (centers, widths) = kernels(params);
+    pub(super) fn fit(params: &DmpParams, forces: &DMatrix<f64>) -> Result<Self, DmpError> {
         let n_steps = (forces.ncols() - 1) as f64;
-        let phases: Vec<f64> = (0..forces.ncols())
-            .map(|k| phase_at(k as f64 / n_steps, params.phase_decay))
-            .collect();
-        let weights = DMatrix::from_fn(forces.nrows(), params.n_kernels, |dim, i| {
-            let (mut along, mut square) = (0.0, 0.0);
-            for (k, &x) in phases.iter().enumerate() {
-                let psi = (-widths[i] * (x - centers[i]).powi(2)).exp();
-                along += psi * x * forces[(dim, k)];
-                square += psi * x * x;
-            }
-            // No sample under the kernel: nothing is known, no force.
-            if square > 0.0 { along / square } else { 0.0 }
+        let phases = DMatrix::from_fn(1, forces.ncols(), |_, k| {
+            phase_at(k as f64 / n_steps, params.phase_decay)
         });
-        Self {
-            centers,
-            widths,
-            weights,
-        }
+        let form = LocalModel::ThroughOrigin;
+        let force = kernels(params)
+            .and_then(|kernels| LocallyWeightedRegression::fit(kernels, form, &phases, forces))
+            .map_err(|source| DmpError::Forces { source })?;
+        Ok(Self { force })
     }
 
     /// The weights, `(n_dims, n_kernels)`: what policy search changes.
     #[must_use]
     pub fn weights(&self) -> &DMatrix<f64> {
-        &self.weights
+        self.force.models()
     }
 
     /// Replaces the weights.
@@ -58,56 +44,35 @@ impl ForcingTerms {
     /// # Errors
     /// [`DmpError`] when their shape is another or one is not finite.
     pub fn set_weights(&mut self, weights: DMatrix<f64>) -> Result<(), DmpError> {
-        check_size("weights, dimensions", weights.nrows(), self.weights.nrows())?;
-        check_size("weights, kernels", weights.ncols(), self.weights.ncols())?;
+        let (n_dims, n_kernels) = self.weights().shape();
+        check_size("weights, dimensions", weights.nrows(), n_dims)?;
+        check_size("weights, kernels", weights.ncols(), n_kernels)?;
         check_finite("weights", weights.iter())?;
-        self.weights = weights;
-        Ok(())
+        self.force
+            .set_models(weights)
+            .map_err(|source| DmpError::Forces { source })
     }
 
-    /// Shares of the kernels at a phase, times the phase, into `activations` (length `n_kernels`).
-    pub(super) fn activate_into(&self, phase: f64, activations: &mut [f64]) {
-        let mut highest = f64::NEG_INFINITY;
-        for ((out, center), width) in activations.iter_mut().zip(&self.centers).zip(&self.widths) {
-            *out = -width * (phase - center).powi(2);
-            highest = highest.max(*out);
-        }
-        // Relative to the strongest kernel, so that the sum cannot vanish far beyond the last centre.
-        let mut sum = 0.0;
-        for out in activations.iter_mut() {
-            *out = (*out - highest).exp();
-            sum += *out;
-        }
-        for out in activations.iter_mut() {
-            *out *= phase / sum;
-        }
+    /// Memory for [`Self::force_into`].
+    pub(super) fn activation(&self) -> Activation {
+        self.force.fields().activation()
     }
 
-    /// Force of one dimension under activations.
-    pub(super) fn force(&self, dim: usize, activations: &[f64]) -> f64 {
-        activations
-            .iter()
-            .enumerate()
-            .map(|(i, activation)| activation * self.weights[(dim, i)])
-            .sum()
-    }
-
-    pub(super) fn n_kernels(&self) -> usize {
-        self.centers.len()
+    /// Forces of all dimensions at a phase.
+    pub(super) fn force_into(&self, phase: f64, activation: &mut Activation, out: &mut [f64]) {
+        self.force.evaluate_into(&[phase], activation, out);
     }
 }
 
-/// Centres evenly spread in time, and widths that let neighbours overlap alike.
-fn kernels(params: &DmpParams) -> (Vec<f64>, Vec<f64>) {
+/// Kernels whose centres are evenly spread in time, of widths that let neighbours overlap alike.
+fn kernels(params: &DmpParams) -> Result<ReceptiveFields, LwrError> {
     let n_gaps = params.n_kernels - 1;
-    let centers: Vec<f64> = (0..=n_gaps)
-        .map(|i| phase_at(i as f64 / n_gaps as f64, params.phase_decay))
-        .collect();
-    let widths = (0..=n_gaps)
-        .map(|i| {
-            let gap = i.min(n_gaps - 1);
-            OVERLAP * (centers[gap] - centers[gap + 1]).powi(-2)
-        })
-        .collect();
-    (centers, widths)
+    let centers = DMatrix::from_fn(1, params.n_kernels, |_, i| {
+        phase_at(i as f64 / n_gaps as f64, params.phase_decay)
+    });
+    let widths = DMatrix::from_fn(1, params.n_kernels, |_, i| {
+        let gap = i.min(n_gaps - 1);
+        OVERLAP * (centers[gap] - centers[gap + 1]).powi(-2)
+    });
+    ReceptiveFields::new(&centers, &widths)
 }

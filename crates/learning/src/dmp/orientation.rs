@@ -5,14 +5,19 @@
 //!
 //! Limit: the rotation vector jumps where the way left is a half turn; a motion should stay within that of its goal.
 //! Koutras & Doulgeri, "A correct formulation for the Orientation Dynamic Movement Primitives for robot control in the
-//! Cartesian space", CoRL 2019, PMLR 100:293-302, show that motions can swing under this form.
+//! Cartesian space", CoRL 2019, PMLR 100 (2020), 293-302, show that motions can swing under this form.
 
 use super::canonical::substeps;
 use super::demonstration::ends_of;
 use super::error::{check_finite, check_positive};
 use super::spring::ForcedSprings;
 use super::{DmpError, DmpParams, ForcingTerms};
+use crate::lwr::Activation;
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
+
+/// Longest step of the integration as a share of the duration; with the default damping, rotations then err by less
+/// than a ten-thousandth of the way (the midpoint rule is of second order).
+const SUBSTEP_SHARE_MAX: f64 = 1.0 / 400.0;
 
 /// A motion of rotations, learned from one demonstration.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,7 +76,7 @@ impl OrientationDmp {
             .collect();
         let to_goal = DMatrix::from_fn(3, ways.len(), |dim, k| ways[k][dim]);
         Ok(Self {
-            springs: ForcedSprings::learn(&to_goal, &velocities, step_s, params),
+            springs: ForcedSprings::learn(&to_goal, &velocities, step_s, params)?,
             demonstrated: OrientationMotion {
                 start: *start,
                 start_velocity: Vector3::zeros(),
@@ -115,7 +120,7 @@ impl OrientationDmp {
                 rotation: motion.start,
                 velocity: motion.start_velocity,
             },
-            activations: vec![0.0; self.springs.forcing.n_kernels()],
+            activation: self.springs.forcing.activation(),
         })
     }
 }
@@ -145,7 +150,7 @@ pub struct OrientationRollout<'a> {
     dmp: &'a OrientationDmp,
     motion: OrientationMotion,
     state: OrientationState,
-    activations: Vec<f64>,
+    activation: Activation,
 }
 
 impl OrientationRollout<'_> {
@@ -170,7 +175,7 @@ impl OrientationRollout<'_> {
     /// # Errors
     /// [`DmpError::OutOfRange`] when the step is not positive or longer than a thousand durations.
     pub fn advance(&mut self, step_s: f64) -> Result<&OrientationState, DmpError> {
-        let (n_substeps, substep_s) = substeps(step_s, self.motion.duration_s)?;
+        let (n_substeps, substep_s) = substeps(step_s, self.motion.duration_s, SUBSTEP_SHARE_MAX)?;
         for _ in 0..n_substeps {
             self.substep(substep_s);
         }
@@ -200,11 +205,11 @@ impl OrientationRollout<'_> {
     fn acceleration(&mut self, at: &OrientationState) -> Vector3<f64> {
         let duration_s = self.motion.duration_s;
         let springs = &self.dmp.springs;
-        springs.activate_into(at.time_s / duration_s, &mut self.activations);
+        let mut forces = [0.0; 3];
+        springs.force_into(at.time_s / duration_s, &mut self.activation, &mut forces);
         let to_goal = rotation_between(&at.rotation, &self.motion.goal);
         Vector3::from_fn(|dim, _| {
-            let shape = (1.0, self.activations.as_slice());
-            springs.acceleration(dim, (to_goal[dim], at.velocity[dim]), shape, duration_s)
+            springs.acceleration((to_goal[dim], at.velocity[dim]), forces[dim], duration_s)
         })
     }
 }

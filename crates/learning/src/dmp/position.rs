@@ -3,12 +3,16 @@
 use super::canonical::substeps;
 use super::demonstration::{derivative, ends_of};
 use super::error::{check_finite, check_positive, check_size};
-use super::spring::ForcedSprings;
+use super::spring::{ForcedSprings, Response};
 use super::{DmpError, DmpParams, ForcingTerms};
+use crate::lwr::Activation;
 use nalgebra::{DMatrix, DVector};
 
 /// Share of a demonstration's extent below which a dimension counts as ending where it began.
 const DISPLACEMENT_SHARE_MIN: f64 = 1e-3;
+
+/// Longest step of the integration, in times between two kernels.
+const SUBSTEP_KERNELS_MAX: f64 = 1.0 / 3.0;
 
 /// What another goal does to the shape of the motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -89,7 +93,7 @@ impl PositionDmp {
             })
             .collect();
         Ok(Self {
-            springs: ForcedSprings::learn(&to_goal, &velocities, step_s, params),
+            springs: ForcedSprings::learn(&to_goal, &velocities, step_s, params)?,
             duration_s: step_s * (demonstration.len() - 1) as f64,
             start: start.clone(),
             goal: goal.clone(),
@@ -143,7 +147,20 @@ impl PositionDmp {
                 position: motion.start.clone(),
                 velocity: motion.start_velocity.clone(),
             },
-            activations: vec![0.0; self.springs.forcing.n_kernels()],
+            scales: self.shape_scales(motion),
+            activation: self.springs.forcing.activation(),
+            forces: [vec![0.0; n_dims], vec![0.0; n_dims]],
+        })
+    }
+
+    fn shape_scales(&self, motion: &PositionMotion) -> DVector<f64> {
+        DVector::from_fn(self.start.len(), |dim, _| {
+            match (motion.scaling, self.per_displacement[dim]) {
+                (ShapeScaling::WithDisplacement, Some(per_displacement)) => {
+                    (motion.goal[dim] - motion.start[dim]) * per_displacement
+                }
+                _ => 1.0,
+            }
         })
     }
 }
@@ -154,7 +171,11 @@ pub struct PositionRollout<'a> {
     dmp: &'a PositionDmp,
     motion: PositionMotion,
     state: PositionState,
-    activations: Vec<f64>,
+    /// What the learned force is multiplied with, per dimension.
+    scales: DVector<f64>,
+    activation: Activation,
+    /// Forces at the two nodes of a step.
+    forces: [Vec<f64>; 2],
 }
 
 impl PositionRollout<'_> {
@@ -172,56 +193,48 @@ impl PositionRollout<'_> {
         check_size("goal", goal.len(), self.motion.goal.len())?;
         check_finite("goal", goal.iter())?;
         self.motion.goal = goal;
+        self.scales = self.dmp.shape_scales(&self.motion);
         Ok(())
     }
 
-    /// Goes on by a time in seconds.
+    /// Goes on by a time in seconds. Allocates nothing.
     ///
     /// # Errors
     /// [`DmpError::OutOfRange`] when the step is not positive or longer than a thousand durations.
     pub fn advance(&mut self, step_s: f64) -> Result<&PositionState, DmpError> {
-        let (n_substeps, substep_s) = substeps(step_s, self.motion.duration_s)?;
+        let n_kernels = self.dmp.forcing().weights().ncols();
+        let share_max = SUBSTEP_KERNELS_MAX / n_kernels as f64;
+        let (n_substeps, substep_s) = substeps(step_s, self.motion.duration_s, share_max)?;
+        let response = self.dmp.springs.response(substep_s, self.motion.duration_s);
         for _ in 0..n_substeps {
-            self.substep(substep_s);
+            self.substep(substep_s, &response);
         }
         Ok(&self.state)
     }
 
-    /// One step of the midpoint rule.
-    fn substep(&mut self, step_s: f64) {
-        let now = self.state.clone();
-        let acceleration = self.acceleration(&now);
-        let middle = PositionState {
-            time_s: now.time_s + 0.5 * step_s,
-            position: &now.position + 0.5 * step_s * &now.velocity,
-            velocity: &now.velocity + 0.5 * step_s * acceleration,
-        };
-        let acceleration = self.acceleration(&middle);
-        self.state = PositionState {
-            time_s: now.time_s + step_s,
-            position: now.position + step_s * middle.velocity,
-            velocity: now.velocity + step_s * acceleration,
-        };
-    }
-
-    fn acceleration(&mut self, at: &PositionState) -> DVector<f64> {
-        let duration_s = self.motion.duration_s;
-        let springs = &self.dmp.springs;
-        springs.activate_into(at.time_s / duration_s, &mut self.activations);
-        DVector::from_fn(at.position.len(), |dim, _| {
-            let to_goal = self.motion.goal[dim] - at.position[dim];
-            let shape = (self.shape_scale(dim), self.activations.as_slice());
-            springs.acceleration(dim, (to_goal, at.velocity[dim]), shape, duration_s)
-        })
-    }
-
-    fn shape_scale(&self, dim: usize) -> f64 {
-        let displacement = self.motion.goal[dim] - self.motion.start[dim];
-        match (self.motion.scaling, self.dmp.per_displacement[dim]) {
-            (ShapeScaling::WithDisplacement, Some(per_displacement)) => {
-                displacement * per_displacement
-            }
-            _ => 1.0,
+    fn substep(&mut self, step_s: f64, response: &Response) {
+        let Self {
+            dmp,
+            motion,
+            state,
+            scales,
+            activation,
+            forces,
+        } = self;
+        for (node, forces) in Response::NODES.iter().zip(forces.iter_mut()) {
+            let share = (state.time_s + node * step_s) / motion.duration_s;
+            dmp.springs.force_into(share, activation, forces);
         }
+        for dim in 0..scales.len() {
+            let (goal, scale) = (motion.goal[dim], scales[dim]);
+            let (from_goal, velocity) = response.after(
+                state.position[dim] - goal,
+                state.velocity[dim],
+                [scale * forces[0][dim], scale * forces[1][dim]],
+            );
+            state.position[dim] = goal + from_goal;
+            state.velocity[dim] = velocity;
+        }
+        state.time_s += step_s;
     }
 }

@@ -187,6 +187,48 @@ fn a_step_of_any_length_ends_at_the_same_place() {
     assert!((end - parts[500][0]).abs() < 1e-4, "{end}");
 }
 
+/// Without a force the spring's motion is `(g - y) = (g - y0) (1 + l t) exp(-l t)`, with `l = alpha_z / (2 tau)`.
+#[test]
+fn a_free_spring_is_the_closed_form() {
+    let (start, goal) = (DVector::zeros(1), DVector::from_element(1, 1.0));
+    let mut dmp = learned(&reach(&start, &goal, 0.0));
+    dmp.forcing_mut()
+        .set_weights(DMatrix::zeros(1, 30))
+        .unwrap();
+    let mut rollout = dmp.run(&dmp.demonstrated()).unwrap();
+    for k in 1..=40 {
+        let lt = 12.5 * 0.05 * f64::from(k);
+        let state = rollout.advance(0.05).unwrap();
+        let wanted = 1.0 - (1.0 + lt) * (-lt).exp();
+        assert!(
+            (state.position[0] - wanted).abs() < 1e-13,
+            "{state:?} for {wanted}"
+        );
+        let wanted = 12.5 * lt * (-lt).exp();
+        assert!(
+            (state.velocity[0] - wanted).abs() < 1e-12,
+            "{state:?} for {wanted}"
+        );
+    }
+}
+
+#[test]
+fn longer_steps_than_the_kernels_allow_are_divided() {
+    let (start, goal) = (DVector::zeros(1), DVector::from_element(1, 1.0));
+    let mut dmp = learned(&reach(&start, &goal, 0.0));
+    let weights = DMatrix::from_fn(1, 30, |_, i| if i % 2 == 0 { 300.0 } else { -300.0 });
+    dmp.forcing_mut().set_weights(weights).unwrap();
+    let (coarse, fine) = (
+        positions(&dmp, &dmp.demonstrated(), 0.05, 20),
+        positions(&dmp, &dmp.demonstrated(), 0.000_5, 2_000),
+    );
+    let furthest = fine.iter().map(|at| at[0].abs()).fold(0.0, f64::max);
+    for (k, position) in coarse.iter().enumerate() {
+        let error = (position[0] - fine[100 * k][0]).abs();
+        assert!(error < 1e-3 * furthest, "{error} of {furthest} at {k}");
+    }
+}
+
 #[test]
 fn what_cannot_be_learned_or_run_is_refused() {
     let params = DmpParams::default();
