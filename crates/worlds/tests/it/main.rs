@@ -13,3 +13,4 @@ mod picking;
 mod refusals;
 mod scenes;
 mod senses;
+mod task_models;
