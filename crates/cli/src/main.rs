@@ -23,6 +23,7 @@ mod run;
 mod session;
 mod snapshot;
 mod studio;
+mod symbols;
 mod watch;
 mod wire_view;
 
@@ -56,6 +57,7 @@ Examples:
   factotum map explore --out home                    a home folder from a robot's own exploring
   factotum map import map.yaml --out home            a home folder from a ROS map_server map
   factotum experiment run chores --seeds 20          how often the chores succeed
+  factotum symbols learn transitions.csv --out model symbols and PDDL from what a robot tried
   factotum robot check my-robot/                     is my robot.toml right?
   factotum doctor                                    what is installed, what is missing
 
@@ -78,6 +80,9 @@ enum Command {
     /// Experiments over many seeds.
     #[command(subcommand)]
     Experiment(experiment::ExperimentCommand),
+    /// Symbols to plan with, learned from recorded transitions.
+    #[command(subcommand)]
+    Symbols(symbols::SymbolsCommand),
     /// Check a robot of your own.
     #[command(subcommand)]
     Robot(robot::RobotCommand),
@@ -95,6 +100,7 @@ fn main() -> ExitCode {
         Command::Map(command) => map::map(command, &console),
         Command::Studio(args) => studio::studio(args, &console),
         Command::Experiment(command) => experiment::experiment(command, &console),
+        Command::Symbols(command) => symbols::symbols(command, &console),
         Command::Robot(command) => robot::robot(command, &console),
         Command::Doctor => doctor::doctor(&console),
     };

@@ -8,16 +8,21 @@
 //! | operators | [`LearnedOperator`]s | preconditions on draws from the symbols |
 //! | goal | the symbols of the goal | end states where the goal was reached |
 //!
-//! The start symbols come first in the vocabulary. The model becomes PPDDL by [`SymbolicModel::domain`] and
-//! [`SymbolicModel::problem`], and PDDL with costs of -log p by
+//! The start symbols come first in the vocabulary. A model is kept as a [`ModelRecord`], which becomes PPDDL by
+//! [`ModelRecord::domain`] and [`ModelRecord::problem`], and PDDL with costs of -log p by
 //! [`determinise`](factotum_task_planning::pddl::determinise).
 
 mod explain;
 mod pddl;
+mod record;
 #[cfg(test)]
 mod tests;
 
-pub use explain::{Explanation, NameError, OutcomeExplanation, SymbolExplanation};
+pub use explain::{Explanation, OutcomeExplanation};
+pub use record::{
+    GoalRecord, LeftOutRecord, ModelRecord, NameError, OperatorRecord, OutcomeRecord,
+    PartitionRecord, SymbolRecord,
+};
 
 use std::collections::BTreeMap;
 

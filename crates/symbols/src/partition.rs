@@ -92,7 +92,8 @@ pub struct LeftOut {
 }
 
 /// Why transitions were left out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum LeftOutReason {
     /// The option changed nothing.
     NoChange,

@@ -72,10 +72,6 @@ impl Vocabulary {
         &self.symbols
     }
 
-    pub(crate) fn symbols_mut(&mut self) -> &mut [Symbol] {
-        &mut self.symbols
-    }
-
     /// The symbols about a factor, as indices.
     pub fn of_factor(&self, factor: usize) -> Vec<usize> {
         (0..self.symbols.len())

@@ -13,6 +13,7 @@ mod remote;
 mod resume;
 mod runs;
 mod small_home;
+mod symbols;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -5,20 +5,25 @@ use factotum_task_planning::operator::{
     Provenance,
 };
 
-use super::SymbolicModel;
-use crate::operators::LearnedOperator;
+use super::record::{ModelRecord, OperatorRecord};
 
 /// Holds until an option could not run.
 const NOT_FAILED: &str = "notfailed";
 
-impl SymbolicModel {
+/// The goal where none was learned: no operator brings it about, so no planner can call an empty plan a success.
+const GOAL_UNKNOWN: &str = "goal-never-reached-in-the-recording";
+
+impl ModelRecord {
     /// The operators as a domain; an operator that may fail has an outcome that deletes `notfailed`.
     ///
     /// # Errors
     /// A name given by a person that PDDL cannot write.
     pub fn domain(&self, name: &str) -> Result<Domain, OperatorError> {
         let mut domain = Domain::builder(name).predicate(NOT_FAILED, []);
-        for symbol in self.vocabulary.symbols() {
+        if self.goal.is_none() {
+            domain = domain.predicate(GOAL_UNKNOWN, []);
+        }
+        for symbol in &self.symbols {
             domain = domain.predicate(&symbol.name, []);
         }
         for operator in &self.operators {
@@ -27,40 +32,40 @@ impl SymbolicModel {
         domain.build()
     }
 
-    /// From the start symbols to the goal's; without a learned goal, to where the start is.
+    /// From the start symbols to the goal's; without a learned goal there is no plan.
     ///
     /// # Errors
     /// The domain is not this model's.
     pub fn problem(&self, name: &str, domain: &Domain) -> Result<Problem, OperatorError> {
-        let atom = |symbol: &usize| Condition::atom(self.symbol_name(*symbol), []);
-        let goal = self.goal.iter().flat_map(|goal| &goal.symbols).map(atom);
+        let goal: Vec<&str> = match &self.goal {
+            Some(goal) => goal.symbols.iter().map(String::as_str).collect(),
+            None => vec![GOAL_UNKNOWN],
+        };
         let mut problem = Problem::builder(name)
             .domain(domain.name())
             .fact(NOT_FAILED, [])
             .goal(Condition::all(
-                std::iter::once(Condition::atom(NOT_FAILED, [])).chain(goal),
+                std::iter::once(NOT_FAILED)
+                    .chain(goal)
+                    .map(|symbol| Condition::atom(symbol, [])),
             ));
-        for &symbol in &self.start {
-            problem = problem.fact(self.symbol_name(symbol), []);
+        for symbol in &self.start {
+            problem = problem.fact(symbol, []);
         }
         problem.build(domain)
     }
 
-    fn symbol_name(&self, symbol: usize) -> &str {
-        &self.vocabulary.symbols()[symbol].name
-    }
-
-    fn pddl_operator(&self, operator: &LearnedOperator) -> Result<Operator, OperatorError> {
-        let pattern = |symbol: &usize| AtomPattern::new(self.symbol_name(*symbol), []);
-        let provenance = Provenance::Learned {
-            source: self.options[self.partitions[operator.partition].option].clone(),
-            n_transitions: self.partitions[operator.partition].n_rows(),
-        };
-        let mut builder = Operator::builder(&operator.name)
-            .provenance(provenance)
-            .requires(Condition::atom(NOT_FAILED, []));
-        for symbol in &operator.precondition {
-            builder = builder.requires(Condition::Atom(pattern(symbol)));
+    fn pddl_operator(&self, operator: &OperatorRecord) -> Result<Operator, OperatorError> {
+        let mut builder =
+            Operator::builder(&operator.name).requires(Condition::atom(NOT_FAILED, []));
+        if let Some(partition) = self.partitions.get(operator.partition) {
+            builder = builder.provenance(Provenance::Learned {
+                source: partition.option.clone(),
+                n_transitions: partition.rows.iter().map(Vec::len).sum(),
+            });
+        }
+        for symbol in &operator.needs {
+            builder = builder.requires(Condition::atom(symbol, []));
         }
         let runs = operator.run_probability;
         if runs < 1.0 {
@@ -71,6 +76,7 @@ impl SymbolicModel {
             });
         }
         for outcome in &operator.outcomes {
+            let pattern = |symbol: &String| AtomPattern::new(symbol, []);
             let adds = outcome.adds.iter().map(|s| Effect::add(pattern(s)));
             let deletes = outcome.deletes.iter().map(|s| Effect::delete(pattern(s)));
             builder = builder.outcome(Outcome {

@@ -71,8 +71,9 @@ fn check_solved(transitions: &Transitions) -> f64 {
     let groups: [&[usize]; 7] = [&[0], &[1], &[2], &[3], &[4, 5], &[6], &[7, 8]];
     assert_eq!(factors, groups);
 
-    let domain = model.domain("treasure-game").unwrap();
-    let problem = model.problem("treasure", &domain).unwrap();
+    let record = model.record();
+    let domain = record.domain("treasure-game").unwrap();
+    let problem = record.problem("treasure", &domain).unwrap();
     let text = (write_domain(&domain), write_problem(&problem));
     let read = parse_task(&text.0, &text.1, UndeclaredTypes::Refuse).unwrap();
     let split = determinise(&read.domain, &read.problem, &DeterminiseOptions::default()).unwrap();
@@ -126,6 +127,7 @@ fn a_single_episode_gives_a_smaller_model() {
     let model = learn(&transitions.first(300));
     assert!(model.goal().is_none());
     assert!(model.summary(&[]).symbols < 30);
-    let domain = model.domain("treasure-game").unwrap();
-    model.problem("treasure", &domain).unwrap();
+    let record = model.record();
+    let domain = record.domain("treasure-game").unwrap();
+    record.problem("treasure", &domain).unwrap();
 }
