@@ -4,9 +4,12 @@
 
 mod antipodal;
 mod fit;
+mod principal;
+mod surface;
 
-pub use antipodal::{AntipodalOptions, CloudGrasp, antipodal_grasps};
+pub use antipodal::{AntipodalOptions, antipodal_grasps};
 pub use fit::fit_grasp;
+pub use principal::{PrincipalOptions, principal_grasps};
 
 use std::f64::consts::TAU;
 
@@ -26,6 +29,17 @@ pub struct GraspCandidate {
     pub aperture_m: f64,
     /// Turn about Λ's z axis from the grasp as given, radians.
     pub yaw_rad: f64,
+}
+
+/// A grasp found in a cloud.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CloudGrasp {
+    /// Tool pose in the cloud's frame: the tool point lies between the contacts.
+    pub cloud_from_tcp: Pose,
+    /// Width between the contacts, metres.
+    pub width_m: f64,
+    /// Cosine of the worse angle between closing direction and contact normal: 1 is best.
+    pub score: f64,
 }
 
 impl GraspCandidate {
@@ -72,5 +86,7 @@ pub fn with_fingers_swapped(base_from_tcp: &Pose) -> Pose {
     base_from_tcp * half_turn
 }
 
+#[cfg(test)]
+mod principal_tests;
 #[cfg(test)]
 mod tests;

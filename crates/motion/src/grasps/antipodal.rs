@@ -10,10 +10,12 @@
 //! | a | approach: minus the mean normal | - |
 //! | c | closing direction: across a, along the largest variation of the normals | - |
 
-use factotum_geometry::cloud::{NearestPoints, PointCloud};
-use nalgebra::{Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
+use factotum_geometry::cloud::PointCloud;
+use nalgebra::{Matrix3, Point3, Translation3, Vector3};
 use rand::{Rng, RngExt as _};
 
+use super::CloudGrasp;
+use super::surface::{Gap, Hand, Surface};
 use crate::Pose;
 
 /// What the generator looks for.
@@ -49,30 +51,14 @@ impl Default for AntipodalOptions {
     }
 }
 
-/// A grasp found in a cloud.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CloudGrasp {
-    /// Tool pose in the cloud's frame: the tool point lies midway between the contacts.
-    pub cloud_from_tcp: Pose,
-    /// Width between the contacts, metres.
-    pub width_m: f64,
-    /// Cosine of the worse angle between closing direction and contact normal: 1 is best.
-    pub score: f64,
-}
-
 /// Grasps at random points of the cloud, best first; none if the cloud has no normals.
 pub fn antipodal_grasps(
     cloud: &PointCloud,
     options: &AntipodalOptions,
     rng: &mut impl Rng,
 ) -> Vec<CloudGrasp> {
-    let Some(normals) = cloud.normals().filter(|_| !cloud.is_empty()) else {
+    let Some(surface) = Surface::new(cloud) else {
         return Vec::new();
-    };
-    let surface = Surface {
-        points: cloud.points(),
-        normals,
-        nearest: NearestPoints::new(cloud.points()),
     };
     let mut grasps = Vec::new();
     for _ in 0..options.n_samples {
@@ -87,19 +73,6 @@ pub fn antipodal_grasps(
     }
     grasps.sort_by(|a, b| b.score.total_cmp(&a.score));
     grasps
-}
-
-struct Surface<'a> {
-    points: &'a [Point3<f64>],
-    normals: &'a [Unit<Vector3<f64>>],
-    nearest: NearestPoints,
-}
-
-/// Directions of a hand: closing, across and approach are the axes of the tool frame.
-struct Hand {
-    closing: Vector3<f64>,
-    across: Vector3<f64>,
-    approach: Vector3<f64>,
 }
 
 impl Surface<'_> {
@@ -131,11 +104,7 @@ impl Surface<'_> {
         let bend = eigen.eigenvectors.column(largest).into_owned();
         let approach = -mean;
         let closing = (bend - approach * bend.dot(&approach)).try_normalize(1e-9)?;
-        Some(Hand {
-            closing,
-            across: approach.cross(&closing),
-            approach,
-        })
+        Some(Hand::new(closing, approach))
     }
 
     /// Closes the fingers about a surface point, and says where they meet the surface.
@@ -145,52 +114,31 @@ impl Surface<'_> {
         hand: &Hand,
         options: &AntipodalOptions,
     ) -> Option<CloudGrasp> {
-        // 1. What lies between the fingers, as coordinates in the hand.
-        let reach = options.aperture_max_m.hypot(options.depth_m);
-        let mut ends: [Option<(f64, usize)>; 2] = [None, None];
-        for idx in self.nearest.within(point, reach) {
-            let offset = self.points[idx] - point;
-            let along = offset.dot(&hand.approach);
-            let is_between = offset.dot(&hand.across).abs() <= options.finger_half_width_m
-                && (-0.5 * options.depth_m..=options.depth_m).contains(&along);
-            if !is_between {
-                continue;
-            }
-            let x = offset.dot(&hand.closing);
-            if ends[0].is_none_or(|(low, _)| x < low) {
-                ends[0] = Some((x, idx));
-            }
-            if ends[1].is_none_or(|(high, _)| x > high) {
-                ends[1] = Some((x, idx));
-            }
-        }
-        // 2. The fingers meet the outermost points: these must fit and face away from each other.
-        let [Some((low, low_idx)), Some((high, high_idx))] = ends else {
-            return None;
+        // 1. The fingers meet the outermost points: these must fit and face away from each other.
+        let gap = Gap {
+            reach_m: options.aperture_max_m.hypot(options.depth_m),
+            depth_m: options.depth_m,
+            finger_half_width_m: options.finger_half_width_m,
         };
-        let width_m = high - low;
-        let facing_low = -self.normals[low_idx].dot(&hand.closing);
-        let facing_high = self.normals[high_idx].dot(&hand.closing);
-        let score = facing_low.min(facing_high);
+        let contacts = self.contacts(point, hand, &gap)?;
+        let width_m = contacts.width_m();
         const WIDTH_MIN_M: f64 = 0.002;
         let fits = (WIDTH_MIN_M..=options.aperture_max_m).contains(&width_m);
-        if !fits || score < options.friction_angle_rad.cos() {
+        if !fits || contacts.score < options.friction_angle_rad.cos() {
             return None;
         }
-        // 3. The tool point midway between the contacts.
+        // 2. The tool point midway between the contacts.
+        let [low, high] = contacts.along_m;
         let middle = point.coords + hand.closing * (0.5 * (low + high));
-        let depth = {
-            let contact = |idx: usize| (self.points[idx] - point).dot(&hand.approach);
-            0.5 * (contact(low_idx) + contact(high_idx))
-        };
-        let axes = Matrix3::from_columns(&[hand.closing, hand.across, hand.approach]);
-        let rotation =
-            UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
+        let depths = contacts
+            .idx
+            .map(|idx| (self.points[idx] - point).dot(&hand.approach));
+        let depth = 0.5 * (depths[0] + depths[1]);
         let position = Translation3::from(middle + hand.approach * depth);
         Some(CloudGrasp {
-            cloud_from_tcp: Pose::from_parts(position, rotation),
+            cloud_from_tcp: Pose::from_parts(position, hand.rotation()),
             width_m,
-            score,
+            score: contacts.score,
         })
     }
 }
