@@ -34,6 +34,7 @@ mod demonstration;
 mod error;
 mod forcing;
 mod orientation;
+mod parameters;
 mod params;
 mod position;
 mod spring;

@@ -14,5 +14,6 @@ pub mod environment;
 pub mod lwr;
 pub mod mlp;
 mod panels;
+pub mod pi2;
 pub mod replay;
 pub mod td3;

@@ -58,6 +58,14 @@ impl ForcingTerms {
         self.force.fields().activation()
     }
 
+    /// Kernels that count at a phase, each with its share.
+    pub(super) fn kernel_shares(&self, phase: f64) -> Vec<(usize, f64)> {
+        let fields = self.force.fields();
+        let mut activation = fields.activation();
+        fields.activate_into(&[phase], &mut activation);
+        activation.shares().collect()
+    }
+
     /// Forces of all dimensions at a phase.
     pub(super) fn force_into(&self, phase: f64, activation: &mut Activation, out: &mut [f64]) {
         self.force.evaluate_into(&[phase], activation, out);

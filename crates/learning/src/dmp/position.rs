@@ -153,6 +153,11 @@ impl PositionDmp {
         })
     }
 
+    /// Kernels that count after a share of the duration, each with its share of the force.
+    pub(super) fn kernel_shares(&self, share: f64) -> Vec<(usize, f64)> {
+        self.springs.kernel_shares(share)
+    }
+
     fn shape_scales(&self, motion: &PositionMotion) -> DVector<f64> {
         DVector::from_fn(self.start.len(), |dim, _| {
             match (motion.scaling, self.per_displacement[dim]) {

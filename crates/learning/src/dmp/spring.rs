@@ -44,6 +44,12 @@ impl ForcedSprings {
         self.forcing.force_into(phase, activation, out);
     }
 
+    /// Kernels that count after a share of the duration, each with its share of the force.
+    pub(super) fn kernel_shares(&self, share: f64) -> Vec<(usize, f64)> {
+        self.forcing
+            .kernel_shares(phase_at(share, self.phase_decay))
+    }
+
     /// Acceleration in one dimension from the way left to the goal, the velocity, and the force.
     pub(super) fn acceleration(
         &self,

@@ -187,6 +187,49 @@ fn a_step_of_any_length_ends_at_the_same_place() {
     assert!((end - parts[500][0]).abs() < 1e-4, "{end}");
 }
 
+#[test]
+fn parameters_are_weights_goal_and_speed() {
+    let (start, goal) = (DVector::zeros(2), DVector::from_row_slice(&[1.0, -2.0]));
+    let dmp = learned(&reach(&start, &goal, 3.0));
+    let motion = dmp.demonstrated();
+    let mut parameters = dmp.parameters(&motion);
+    assert_eq!(parameters.len(), 2 * 30 + 2 + 1);
+    assert_eq!(dmp.parameter_blocks(), [30, 30, 2, 1]);
+    let (same, run) = dmp.with_parameters(&motion, &parameters).unwrap();
+    assert_eq!(same, dmp);
+    assert_eq!(run, motion, "a duration of one second comes back as it was");
+    parameters[31] = 17.0;
+    parameters[61] = 5.0;
+    parameters[62] = 2.0_f64.ln();
+    let (other, run) = dmp.with_parameters(&motion, &parameters).unwrap();
+    assert_eq!(other.forcing().weights()[(1, 1)], 17.0);
+    assert_eq!(run.goal[1], 5.0);
+    assert!((run.duration_s - 0.5).abs() < 1e-15);
+    assert!(dmp.with_parameters(&motion, &parameters[1..]).is_err());
+    parameters[0] = f64::NAN;
+    assert!(dmp.with_parameters(&motion, &parameters).is_err());
+}
+
+#[test]
+fn kernels_act_in_their_turn_and_share_one() {
+    let dmp = learned(&reach(
+        &DVector::zeros(2),
+        &DVector::from_element(2, 1.0),
+        0.0,
+    ));
+    let activity = dmp
+        .parameter_activity(&dmp.demonstrated(), 1.0 / 29.0, 30)
+        .unwrap();
+    assert_eq!(activity.shape(), (63, 30));
+    for step in 0..30 {
+        let shares = activity.column(step);
+        assert!((shares.rows(0, 30).sum() - 1.0).abs() < 1e-12);
+        assert_eq!(shares.rows(0, 30), shares.rows(30, 30));
+        assert_eq!(shares.rows(0, 30).imax(), step, "each centre is a step's");
+        assert_eq!(shares.rows(60, 3).min(), 1.0);
+    }
+}
+
 /// Without a force the spring's motion is `(g - y) = (g - y0) (1 + l t) exp(-l t)`, with `l = alpha_z / (2 tau)`.
 #[test]
 fn a_free_spring_is_the_closed_form() {

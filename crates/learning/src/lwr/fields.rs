@@ -93,7 +93,7 @@ impl ReceptiveFields {
     }
 
     /// Shares relative to the strongest field, so that their sum cannot vanish far from all centres.
-    pub(super) fn activate_into(&self, input: &[f64], activation: &mut Activation) {
+    pub(crate) fn activate_into(&self, input: &[f64], activation: &mut Activation) {
         let values = &mut activation.values;
         let mut highest = f64::NEG_INFINITY;
         for (field, value) in values.iter_mut().enumerate() {
