@@ -44,6 +44,45 @@ pub(crate) fn scene(name: &Path) -> anyhow::Result<PathBuf> {
     find(name, "scenes", "scene.toml", "scene")
 }
 
+/// A task file: itself, or that of a shipped task.
+pub(crate) fn task(name: &Path) -> anyhow::Result<PathBuf> {
+    if name.is_file() {
+        return Ok(name.to_owned());
+    }
+    let shelf = dir()?.join("tasks");
+    let shipped = shelf.join(name).with_extension("toml");
+    if shipped.is_file() {
+        return Ok(shipped);
+    }
+    let mut known: Vec<String> = std::fs::read_dir(&shelf)
+        .map(|entries| {
+            let files = entries.flatten().map(|entry| entry.path());
+            files
+                .filter(|file| {
+                    file.extension()
+                        .is_some_and(|extension| extension == "toml")
+                })
+                .filter_map(|file| Some(file.file_stem()?.to_string_lossy().into_owned()))
+                .collect()
+        })
+        .unwrap_or_default();
+    known.sort();
+    Err(usage(format!(
+        "task `{}` is neither a task file nor shipped; shipped: {}",
+        name.display(),
+        known.join(", ")
+    )))
+}
+
+/// How a task is kept in a skill folder: a shipped one by its name, so that the folder can move; another by its place.
+pub(crate) fn task_name(name: &Path) -> anyhow::Result<PathBuf> {
+    task(name)?;
+    if name.is_file() {
+        return Ok(std::path::absolute(name)?);
+    }
+    Ok(name.to_owned())
+}
+
 fn find(name: &Path, kind: &str, file: &str, noun: &str) -> anyhow::Result<PathBuf> {
     if name.join(file).is_file() || name.is_file() {
         return Ok(name.to_owned());

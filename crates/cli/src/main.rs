@@ -21,6 +21,7 @@ mod resume;
 mod robot;
 mod run;
 mod session;
+mod skill;
 mod snapshot;
 mod studio;
 mod symbols;
@@ -58,6 +59,7 @@ Examples:
   factotum map import map.yaml --out home            a home folder from a ROS map_server map
   factotum experiment run chores --seeds 20          how often the chores succeed
   factotum symbols learn transitions.csv --out model symbols and PDDL from what a robot tried
+  factotum skill train door --ablation fast          learn to open a door, in 30 to 100 tries
   factotum robot check my-robot/                     is my robot.toml right?
   factotum doctor                                    what is installed, what is missing
 
@@ -83,6 +85,9 @@ enum Command {
     /// Symbols to plan with, learned from recorded transitions.
     #[command(subcommand)]
     Symbols(symbols::SymbolsCommand),
+    /// Learn contact skills, and judge them.
+    #[command(subcommand)]
+    Skill(skill::SkillCommand),
     /// Check a robot of your own.
     #[command(subcommand)]
     Robot(robot::RobotCommand),
@@ -101,6 +106,7 @@ fn main() -> ExitCode {
         Command::Studio(args) => studio::studio(args, &console),
         Command::Experiment(command) => experiment::experiment(command, &console),
         Command::Symbols(command) => symbols::symbols(command, &console),
+        Command::Skill(command) => skill::skill(command, &console),
         Command::Robot(command) => robot::robot(command, &console),
         Command::Doctor => doctor::doctor(&console),
     };

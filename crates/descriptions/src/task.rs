@@ -14,6 +14,9 @@ use crate::{DescriptionError, read_toml};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TaskSpec {
+    /// The task file.
+    #[serde(skip)]
+    pub file: PathBuf,
     /// Name, used in commands.
     pub name: String,
     /// One sentence for people.
@@ -105,6 +108,7 @@ impl TaskSpec {
         let dir = file.parent().unwrap_or(Path::new(""));
         task.robot = dir.join(&task.robot);
         task.model = dir.join(&task.model);
+        task.file = file.to_owned();
         Ok(task)
     }
 

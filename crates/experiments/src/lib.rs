@@ -5,11 +5,15 @@
 //! page is shown, so that whoever drives a run feeds page, recording and report from one place. A
 //! [`sweep::Sweep`] runs a command over many seeds in child processes and says how often it succeeded.
 //!
+//! Skills are trained into a [`skill_folder::SkillFolder`] by [`skill_training`].
+//!
 //! Nothing here reads the clock: times come as [`utc::UtcTime`] or as seconds of the robot's clock.
 
 pub mod recording;
 pub mod report;
 pub mod run_folder;
+pub mod skill_folder;
+pub mod skill_training;
 pub mod storage;
 pub mod sweep;
 pub mod utc;

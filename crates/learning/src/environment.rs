@@ -81,15 +81,28 @@ pub fn train_episode<E: Environment>(
     environment: &mut E,
     rng: &mut ChaCha8Rng,
 ) -> Result<Episode, EpisodeError<E::Error>> {
-    let mut episode = run_episode(
+    let mut episode = explore_episode(learner, environment, rng)?;
+    episode.last_update = learner.update_owed()?;
+    Ok(episode)
+}
+
+/// Explores for an episode; the updates it has earned are owed.
+///
+/// # Errors
+///
+/// As [`train_episode`].
+pub fn explore_episode<E: Environment>(
+    learner: &mut Td3,
+    environment: &mut E,
+    rng: &mut ChaCha8Rng,
+) -> Result<Episode, EpisodeError<E::Error>> {
+    run_episode(
         environment,
         rng,
         learner,
         |learner, observation, action| learner.explore_into(observation, action),
         Td3::record,
-    )?;
-    episode.last_update = learner.update_owed()?;
-    Ok(episode)
+    )
 }
 
 /// Follows a policy for an episode.

@@ -92,6 +92,21 @@ impl Mlp {
         }
     }
 
+    /// Adds to the biases of the output layer, one value for each output.
+    pub(crate) fn shift_output(&mut self, by: &[f32]) {
+        let Some(layer) = self.layers.last() else {
+            return;
+        };
+        for member in 0..self.architecture.n_members {
+            let mut by = by.iter();
+            layer
+                .bias_of(member)
+                .for_each_mut(&mut self.parameters, |bias| {
+                    *bias += by.next().copied().unwrap_or(0.0);
+                });
+        }
+    }
+
     /// Output of the first member for one input.
     ///
     /// # Panics

@@ -147,6 +147,12 @@ impl Td3 {
         let policy = params.policy_architecture(n_observation, n_action);
         let mut policy = Mlp::new(policy, &mut rng)?;
         policy.scale_output(params.policy_output_scale);
+        let first_action = &params.policy_first_action;
+        if !first_action.is_empty() {
+            check_size("first action of the policy", first_action.len(), n_action)?;
+            let biases: Vec<f32> = first_action.iter().map(|value| value.atanh()).collect();
+            policy.shift_output(&biases);
+        }
         let critics = Architecture {
             n_inputs: n_observation + n_action,
             hidden: params.hidden.clone(),
@@ -431,15 +437,21 @@ impl Td3 {
             ("observation", observation.len(), self.n_observation),
             ("action", action.len(), self.n_action),
         ];
-        match sizes.into_iter().find(|(_, found, wanted)| found != wanted) {
-            Some((what, found, wanted)) => Err(Td3Error::Size {
-                what,
-                found,
-                wanted,
-            }),
-            None => Ok(()),
-        }
+        sizes
+            .into_iter()
+            .try_for_each(|(what, found, wanted)| check_size(what, found, wanted))
     }
+}
+
+fn check_size(what: &'static str, found: usize, wanted: usize) -> Result<(), Td3Error> {
+    if found == wanted {
+        return Ok(());
+    }
+    Err(Td3Error::Size {
+        what,
+        found,
+        wanted,
+    })
 }
 
 #[cfg(test)]

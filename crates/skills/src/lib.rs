@@ -8,6 +8,7 @@
 
 mod arm;
 mod articulate;
+pub mod cip;
 mod demonstrated;
 mod pick;
 mod place;

@@ -26,6 +26,7 @@ mod scene;
 mod sensing;
 mod sim_robot;
 mod snapshot;
+mod task_rig;
 mod visual;
 
 pub use error::WorldError;
@@ -37,4 +38,5 @@ pub use scene::{
 };
 pub use sim_robot::{SimRobot, WorldConfig};
 pub use snapshot::WorldSnapshot;
+pub use task_rig::{RigError, TaskRig};
 pub use visual::{BodyGroup, VisualBody, VisualShape, WorldView};

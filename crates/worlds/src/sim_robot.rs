@@ -4,7 +4,7 @@ mod answers;
 mod arm;
 mod base;
 mod commands;
-mod grip;
+pub(crate) mod grip;
 mod lift;
 mod making;
 mod stored;

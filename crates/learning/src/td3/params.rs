@@ -25,6 +25,9 @@ pub struct Td3Params {
     /// Multiplies the policy's first output layer. 1 is an ordinary start; near 0 the policy begins by saying
     /// nothing, as a correction of a given action should.
     pub policy_output_scale: f32,
+    /// The action that the policy begins about, each component above -1 and below 1; 0 if empty. Neither text nor code
+    /// says.
+    pub policy_first_action: Vec<f32>,
     /// Transitions per update. Code: 256.
     pub batch_size: usize,
     /// Transitions kept. Code: 1,000,000, which holds all of the dissertation's 25,000 steps.
@@ -55,6 +58,7 @@ impl Default for Td3Params {
             hidden_activation: Activation::Relu,
             critic_layer_norm: false,
             policy_output_scale: 1.0,
+            policy_first_action: Vec::new(),
             batch_size: 256,
             replay_capacity: 1_000_000,
             discount: 0.99,
@@ -108,6 +112,8 @@ impl Td3Params {
         let fits = |size: usize| size > 0 && u32::try_from(size).is_ok();
         let scale = f64::from(self.policy_output_scale);
         let hidden = !self.hidden.is_empty() && !self.hidden.contains(&0);
+        let is_inside = |value: &f32| value.abs() < 1.0;
+        let first_action = self.policy_first_action.iter().all(is_inside);
         let discount = (0.0..1.0).contains(&self.discount);
         let numbers = [
             (
@@ -166,6 +172,12 @@ impl Td3Params {
                 format!("{:?}", self.hidden),
                 hidden,
                 "at least one layer, each of at least 1 unit",
+            ),
+            (
+                "policy_first_action",
+                format!("{:?}", self.policy_first_action),
+                first_action,
+                "numbers above -1 and below 1",
             ),
             (
                 "batch_size",

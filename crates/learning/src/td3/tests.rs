@@ -363,14 +363,41 @@ fn what_does_not_fit_is_refused() {
 }
 
 #[test]
+fn a_policy_begins_about_its_first_action() {
+    let params = Td3Params {
+        policy_output_scale: 0.0,
+        policy_first_action: vec![0.5, -0.9],
+        ..quick()
+    };
+    let learner = Td3::new(3, 2, params.clone(), 1).unwrap();
+    let mut action = [0.0; 2];
+    learner
+        .policy()
+        .act_into(&[0.3, -4.0, 1.0], &mut action)
+        .unwrap();
+    assert!((action[0] - 0.5).abs() < 1e-6 && (action[1] + 0.9).abs() < 1e-6);
+    assert!(matches!(
+        Td3::new(3, 3, params, 1),
+        Err(Td3Error::Size {
+            found: 2,
+            wanted: 3,
+            ..
+        })
+    ));
+}
+
+#[test]
 fn a_parameter_out_of_range_is_named() {
     type Spoil = fn(&mut Td3Params);
-    let cases: [(&str, &str, Spoil); 13] = [
+    let cases: [(&str, &str, Spoil); 14] = [
         ("learning_rate", "0", |p| p.learning_rate = 0.0),
         ("learning_rate", "NaN", |p| p.learning_rate = f64::NAN),
         ("hidden", "[64, 0]", |p| p.hidden = vec![64, 0]),
         ("policy_output_scale", "inf", |p| {
             p.policy_output_scale = f32::INFINITY
+        }),
+        ("policy_first_action", "[1.0]", |p| {
+            p.policy_first_action = vec![1.0]
         }),
         ("batch_size", "0", |p| p.batch_size = 0),
         ("replay_capacity", "0", |p| p.replay_capacity = 0),

@@ -53,6 +53,12 @@ impl GripperScale {
         Ok(Some(Self { closed, open }))
     }
 
+    /// Finger joint positions of an opening, 0 closed to 1 open.
+    pub(crate) fn positions(&self, opening: f64) -> impl Iterator<Item = f64> + '_ {
+        let strokes = self.closed.iter().zip(&self.open);
+        strokes.map(move |(closed, open)| closed + (open - closed) * opening)
+    }
+
     /// Opening, 0 closed to 1 open, of finger joint positions.
     pub(crate) fn opening(&self, positions: &[f64]) -> f64 {
         let strokes = self.closed.iter().zip(&self.open).zip(positions);

@@ -1,0 +1,303 @@
+//! `factotum skill`: contact skills, learned and judged.
+
+mod curve;
+mod stopwatch;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::{Args, Subcommand, ValueEnum};
+use factotum_descriptions::TaskSpec;
+use factotum_experiments::skill_folder::{SkillFolder, SkillRecord};
+use factotum_experiments::skill_training::{
+    SkillError, TrainingEvent, TrainingSummary, WhichPolicy, evaluate, train,
+};
+use factotum_skills::cip::setting::Ablation;
+use factotum_skills::cip::training::EvaluationRecord;
+use serde_json::json;
+
+use crate::assets;
+use crate::console::{Answer, Console, tell, usage};
+use curve::Curve;
+use stopwatch::Stopwatch;
+
+/// Arguments of `factotum skill`.
+#[derive(Debug, Subcommand)]
+pub(crate) enum SkillCommand {
+    /// Learn a contact skill on a task, into a folder.
+    Train(TrainArgs),
+    /// Judge a learned skill by fresh rollouts.
+    Eval(EvalArgs),
+}
+
+/// Arguments of `factotum skill train`.
+#[derive(Debug, Args)]
+pub(crate) struct TrainArgs {
+    /// Task: a task file, or the name of a shipped one.
+    task: Option<PathBuf>,
+    /// Which parts of the structure are there (thesis 3.3), or `hard-guard` and `fast`, which are ours.
+    #[arg(long, value_enum, default_value_t = AblationName::Cip)]
+    ablation: AblationName,
+    /// Training episodes.
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    episodes: u64,
+    /// Seed of all that is random.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Folder of the skill. Default: `skills/<task>-<ablation>-<seed>`.
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Go on with the run in this folder from its last evaluation.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["task", "out", "seed", "ablation"])]
+    resume: Option<PathBuf>,
+}
+
+/// Arguments of `factotum skill eval`.
+#[derive(Debug, Args)]
+pub(crate) struct EvalArgs {
+    /// Folder of the skill.
+    skill: PathBuf,
+    /// Rollouts.
+    #[arg(long, value_name = "N", default_value_t = 50)]
+    rollouts: u32,
+    /// Seed of the rollouts.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Which policy: that of the last episode, or that of the best evaluation while training.
+    #[arg(long, value_enum, default_value_t = PolicyName::Last)]
+    policy: PolicyName,
+}
+
+/// The policies that a folder keeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PolicyName {
+    /// Of the last evaluated episode.
+    Last,
+    /// Of the best evaluation.
+    Best,
+}
+
+/// The settings there are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum AblationName {
+    /// No structure at all.
+    Unstructured,
+    /// Begins in a grasp.
+    Head,
+    /// And keeps within the safety envelope.
+    Safety,
+    /// And takes the configuration of highest manipulability.
+    Mv,
+    /// And chooses grasps by upper confidence bounds: all of it.
+    Cip,
+    /// As `cip`, with a barrier in place of the envelope.
+    HardGuard,
+    /// Corrects the object's own motion, behind the barrier.
+    Fast,
+}
+
+impl From<AblationName> for Ablation {
+    fn from(name: AblationName) -> Self {
+        match name {
+            AblationName::Unstructured => Self::Unstructured,
+            AblationName::Head => Self::Head,
+            AblationName::Safety => Self::Safety,
+            AblationName::Mv => Self::Mv,
+            AblationName::Cip => Self::Cip,
+            AblationName::HardGuard => Self::HardGuard,
+            AblationName::Fast => Self::Fast,
+        }
+    }
+}
+
+/// Runs `factotum skill`.
+pub(crate) fn skill(command: &SkillCommand, console: &Console) -> anyhow::Result<Answer> {
+    match command {
+        SkillCommand::Train(args) => train_command(args, console),
+        SkillCommand::Eval(args) => eval_command(args, console),
+    }
+}
+
+fn train_command(args: &TrainArgs, console: &Console) -> anyhow::Result<Answer> {
+    if args.episodes == 0 {
+        return Err(usage("--episodes is 0, expected at least 1"));
+    }
+    let (folder, record) = match (&args.resume, &args.task) {
+        (Some(dir), _) => {
+            let folder = SkillFolder::at(dir);
+            let record = folder.record().map_err(usage)?;
+            (folder, record)
+        }
+        (None, Some(task)) => {
+            let ablation = args.ablation.into();
+            let dir = args
+                .out
+                .clone()
+                .unwrap_or_else(|| default_folder(task, ablation, args.seed));
+            let record = SkillRecord::new(assets::task_name(task)?, ablation, args.seed);
+            (SkillFolder::at(&dir), record)
+        }
+        (None, None) => {
+            return Err(usage(
+                "no task to train on; give a task file, the name of a shipped task, or --resume DIR",
+            ));
+        }
+    };
+    let task = load_task(&record.task)?;
+    let stop = Arc::new(AtomicBool::new(false));
+    let raised = stop.clone();
+    ctrlc::set_handler(move || {
+        if raised.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        tell(&"stopping after this episode; Ctrl-C again ends at once");
+    })?;
+    let stopwatch = Stopwatch::start();
+    let mut curve = Curve::default();
+    let mut listen = |event| show(event, &task, &mut curve, console);
+    let summary = train(
+        &folder,
+        &task,
+        &record,
+        args.episodes,
+        args.resume.is_some(),
+        &stop,
+        stopwatch.watch(),
+        &mut listen,
+    )
+    .map_err(of_input)?;
+    let split = stopwatch.split_secs();
+    let last = summary.last;
+    let document = json!({
+        "task": task.name,
+        "ablation": record.ablation.name(),
+        "seed": record.seed,
+        "folder": folder.dir(),
+        "episodes": summary.n_episodes,
+        "env_steps": summary.n_env_steps,
+        "training_violations": summary.n_violations,
+        "grasps": summary.n_grasps,
+        "complete": summary.complete,
+        "success_rate": last.map(|last| last.success_rate),
+        "violation_rate": last.map(|last| last.violation_rate),
+        "peak_force_n": last.map(|last| last.peak_force_n),
+        "time_to_success_secs": last.and_then(|last| last.time_to_success_secs),
+        "best_success_rate": summary.best_success_rate,
+        "split_secs": split,
+    });
+    console.answer(&document, || {
+        let mut lines = vec![describe(&summary, &folder)];
+        lines.extend(last.map(|last| format!("last evaluation: {}", evaluation_line(&last))));
+        let parts: Vec<String> = split
+            .iter()
+            .map(|(phase, secs)| format!("{phase} {secs:.1}"))
+            .collect();
+        lines.push(format!("seconds: {}", parts.join(", ")));
+        lines.push(format!(
+            "judge it: factotum skill eval {}",
+            folder.dir().display()
+        ));
+        lines.join("\n")
+    })?;
+    Ok(Answer::from(summary.complete))
+}
+
+fn eval_command(args: &EvalArgs, console: &Console) -> anyhow::Result<Answer> {
+    if args.rollouts == 0 {
+        return Err(usage("--rollouts is 0, expected at least 1"));
+    }
+    let folder = SkillFolder::at(&args.skill);
+    let record = folder.record().map_err(usage)?;
+    let task = load_task(&record.task)?;
+    let which = match args.policy {
+        PolicyName::Last => WhichPolicy::Last,
+        PolicyName::Best => WhichPolicy::Best,
+    };
+    console.progress(format!("{} rollouts of {}", args.rollouts, task.name));
+    let (evaluation, _) =
+        evaluate(&folder, &task, &record, which, args.rollouts, args.seed).map_err(of_input)?;
+    let document = json!({
+        "success_rate": evaluation.success_rate,
+        "violation_rate": evaluation.violation_rate,
+        "peak_force_n": evaluation.peak_force_n,
+        "time_to_success_secs": evaluation.time_to_success_secs,
+        "rollouts": evaluation.rollouts,
+    });
+    console.answer(&document, || evaluation_line(&evaluation))?;
+    Ok(Answer::Yes)
+}
+
+fn load_task(name: &Path) -> anyhow::Result<TaskSpec> {
+    TaskSpec::load(&assets::task(name)?).map_err(usage)
+}
+
+fn default_folder(task: &Path, ablation: Ablation, seed: u64) -> PathBuf {
+    let stem = task.file_stem().unwrap_or_default().to_string_lossy();
+    PathBuf::from("skills").join(format!("{stem}-{}-{seed}", ablation.name()))
+}
+
+/// Bad input ends with another exit code than a fault of ours.
+fn of_input(error: SkillError) -> anyhow::Error {
+    if error.is_of_input() {
+        usage(error)
+    } else {
+        error.into()
+    }
+}
+
+fn show(event: TrainingEvent, task: &TaskSpec, curve: &mut Curve, console: &Console) {
+    match event {
+        TrainingEvent::Grasp { index, kept } => {
+            curve.n_grasps += usize::from(kept);
+            console.progress(format!(
+                "{}: {} of {} grasps can be held and shaken",
+                task.name,
+                curve.n_grasps,
+                index + 1
+            ));
+        }
+        TrainingEvent::Episode(episode) => {
+            curve.add(episode.success);
+            console.progress(format!(
+                "{} episode {} {} {} steps",
+                task.name,
+                episode.episode,
+                curve.line(),
+                episode.env_steps
+            ));
+        }
+        TrainingEvent::Evaluation(evaluation) => {
+            console.say(format_args!(
+                "episode {:>4}  {:>6} steps  {}",
+                evaluation.episode,
+                evaluation.env_steps,
+                evaluation_line(&evaluation)
+            ));
+        }
+    }
+}
+
+fn evaluation_line(evaluation: &EvaluationRecord) -> String {
+    let time = evaluation
+        .time_to_success_secs
+        .map(|secs| format!(", {secs:.2} s to succeed"))
+        .unwrap_or_default();
+    format!(
+        "success {:>3.0} %  joint limits violated {:>3.0} %  peak force {:.0} N{time}",
+        100.0 * evaluation.success_rate,
+        100.0 * evaluation.violation_rate,
+        evaluation.peak_force_n,
+    )
+}
+
+fn describe(summary: &TrainingSummary, folder: &SkillFolder) -> String {
+    format!(
+        "{} after {} episodes, {} steps, {} of them with a joint near its limit; the skill is in {}",
+        if summary.complete { "done" } else { "stopped" },
+        summary.n_episodes,
+        summary.n_env_steps,
+        summary.n_violations,
+        folder.dir().display()
+    )
+}

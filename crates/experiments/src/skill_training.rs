@@ -1,0 +1,210 @@
+//! Training a skill into its folder, from the beginning or from where it stopped, and judging it.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use factotum_descriptions::TaskSpec;
+use factotum_learning::bandit::BanditParams;
+use factotum_learning::checkpoint::{self, CheckpointError};
+use factotum_skills::cip::environment::{CipEnvironment, CipError, PhaseWatch, Summary};
+use factotum_skills::cip::initiation::GraspInitiation;
+use factotum_skills::cip::training::{
+    EpisodeRecord, EvaluationRecord, Trainer, TrainingError, identity, judge,
+};
+use factotum_worlds::{RigError, TaskRig};
+
+use crate::skill_folder::{SkillFolder, SkillFolderError, SkillRecord};
+
+/// Why a skill could not be trained or judged.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SkillError {
+    /// The folder.
+    #[error(transparent)]
+    Folder(#[from] SkillFolderError),
+    /// The rig.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+    /// The training.
+    #[error(transparent)]
+    Training(#[from] TrainingError<RigError>),
+    /// The policy's file.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+}
+
+impl SkillError {
+    /// Whether it is the user's to mend: a task, a folder, a file.
+    pub fn is_of_input(&self) -> bool {
+        match self {
+            Self::Folder(error) => !matches!(error, SkillFolderError::Storage(_)),
+            Self::Rig(error) => matches!(
+                error,
+                RigError::Task { .. } | RigError::Description(_) | RigError::Physics { .. }
+            ),
+            Self::Training(error) => matches!(
+                error,
+                TrainingError::NoGrasp { .. }
+                    | TrainingError::Checkpoint(_)
+                    | TrainingError::Notes { .. }
+                    | TrainingError::Environment(CipError::NoGrasp { .. })
+            ),
+            Self::Checkpoint(_) => true,
+        }
+    }
+}
+
+/// What happens while a skill is trained.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TrainingEvent {
+    /// A grasp was checked, and kept or not.
+    Grasp {
+        /// Its number.
+        index: usize,
+        /// Whether it survived.
+        kept: bool,
+    },
+    /// An episode is over.
+    Episode(EpisodeRecord),
+    /// An evaluation is over.
+    Evaluation(EvaluationRecord),
+}
+
+/// How a training run ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrainingSummary {
+    /// Training episodes.
+    pub n_episodes: u64,
+    /// Steps in them.
+    pub n_env_steps: u64,
+    /// Training episodes with a joint near its limit.
+    pub n_violations: u64,
+    /// Grasps in I_c.
+    pub n_grasps: usize,
+    /// Best success rate of an evaluation.
+    pub best_success_rate: Option<f64>,
+    /// The last evaluation.
+    pub last: Option<EvaluationRecord>,
+    /// Whether all episodes were lived through.
+    pub complete: bool,
+}
+
+/// Trains a skill for `n_episodes` episodes, or until `stop`; `tell` hears what happens, `watch` what time is spent on. With
+/// `resume` it goes on from the folder's checkpoint, if it has one.
+///
+/// # Errors
+/// [`SkillError`]; what was learned until the last evaluation stays in the folder.
+pub fn train(
+    folder: &SkillFolder,
+    task: &TaskSpec,
+    record: &SkillRecord,
+    n_episodes: u64,
+    resume: bool,
+    stop: &AtomicBool,
+    watch: PhaseWatch,
+    tell: &mut dyn FnMut(TrainingEvent),
+) -> Result<TrainingSummary, SkillError> {
+    let rig = TaskRig::new(task)?;
+    let setting = record.setting.clone();
+    let (mut trainer, mut best) = if resume && folder.checkpoint().is_file() {
+        let trainer = Trainer::resume(rig, task, setting, record.seed, &folder.checkpoint())?;
+        let best = folder.keep_metrics(trainer.progress().n_episodes)?;
+        (trainer, best)
+    } else {
+        if !resume {
+            folder.begin(record)?;
+        }
+        folder.keep_metrics(0)?;
+        let each = &mut |index, kept| tell(TrainingEvent::Grasp { index, kept });
+        (Trainer::new(rig, task, setting, record.seed, each)?, None)
+    };
+    trainer.set_watch(watch);
+    let mut last = None;
+    while trainer.progress().n_episodes < n_episodes && !stop.load(Ordering::Relaxed) {
+        let episode = trainer.episode()?;
+        folder.append(&episode)?;
+        tell(TrainingEvent::Episode(episode));
+        if trainer.is_evaluation_due() || episode.episode == n_episodes {
+            let evaluation = trainer.evaluate()?;
+            folder.append(&evaluation)?;
+            trainer.save(&folder.checkpoint())?;
+            if best.is_none_or(|best| evaluation.success_rate >= best) {
+                best = Some(evaluation.success_rate);
+                checkpoint::save_policy(
+                    &folder.policy(),
+                    &trainer.policy(),
+                    trainer.identity(),
+                    "",
+                )?;
+                folder.write_grasps(&trainer.progress().grasps)?;
+            }
+            last = Some(evaluation);
+            tell(TrainingEvent::Evaluation(evaluation));
+        }
+    }
+    let progress = trainer.progress();
+    Ok(TrainingSummary {
+        n_episodes: progress.n_episodes,
+        n_env_steps: progress.n_env_steps,
+        n_violations: progress.n_violations,
+        n_grasps: trainer
+            .environment()
+            .initiation()
+            .map_or(0, GraspInitiation::len),
+        best_success_rate: best,
+        last,
+        complete: progress.n_episodes >= n_episodes,
+    })
+}
+
+/// Which policy of a folder is meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WhichPolicy {
+    /// That of the best evaluation.
+    Best,
+    /// That of the last checkpoint.
+    Last,
+}
+
+/// Rollouts of a folder's policy that neither training nor its evaluations have seen.
+///
+/// # Errors
+/// [`SkillError`], such as for a policy of another task or robot.
+pub fn evaluate(
+    folder: &SkillFolder,
+    task: &TaskSpec,
+    record: &SkillRecord,
+    which: WhichPolicy,
+    rollouts: u32,
+    seed: u64,
+) -> Result<(EvaluationRecord, Vec<Summary>), SkillError> {
+    let rig = TaskRig::new(task)?;
+    let setting = record.setting.clone();
+    let bandit: BanditParams = setting.bandit;
+    let (mut policy, initiation) = match which {
+        WhichPolicy::Best => {
+            let (policy, _) = checkpoint::load_policy(&folder.policy(), &identity(&rig, task))?;
+            let grasps = setting
+                .head
+                .then(|| GraspInitiation::read(&folder.grasps(), bandit))
+                .transpose()
+                .map_err(TrainingError::Initiation)?;
+            (policy, grasps)
+        }
+        WhichPolicy::Last => {
+            let trainer = Trainer::resume(
+                TaskRig::new(task)?,
+                task,
+                setting.clone(),
+                record.seed,
+                &folder.checkpoint(),
+            )?;
+            (
+                trainer.policy(),
+                trainer.environment().initiation().cloned(),
+            )
+        }
+    };
+    let mut environment =
+        CipEnvironment::new(rig, task, setting, initiation).map_err(TrainingError::Environment)?;
+    Ok(judge(&mut environment, &mut policy, rollouts, seed)?)
+}

@@ -1,0 +1,220 @@
+//! Which parts of the structure are there: the ablations of thesis 3.3, and two settings of ours.
+
+use factotum_control::ControlError;
+use factotum_control::barrier::JointBarrier;
+use factotum_control::safety::SafetyEnvelope;
+use factotum_control::tool_servo::JointGuard;
+use factotum_learning::bandit::{BanditParams, Untried};
+use factotum_learning::td3::Td3Params;
+use serde::{Deserialize, Serialize};
+
+use super::action::{ActionRanges, GRIPPER, N_ACTION};
+use super::configuration::ConfigurationChoice;
+use super::guide::GuideParams;
+use super::initiation::GraspChoice;
+use super::rig::Anatomy;
+
+/// What a policy begins about: nothing but to hold on. The dissertation does not say how its networks begin; one that
+/// begins at zero opens the fingers in half of all seeds, and sees nothing but a lost object then.
+const FIRST_ACTION: [f32; N_ACTION] = {
+    let mut action = [0.0; N_ACTION];
+    action[GRIPPER] = 0.9;
+    action
+};
+
+/// A setting of the ablation study.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ablation {
+    /// No structure: the arm begins in its home posture, away from the object.
+    Unstructured,
+    /// The head h: begins in a random grasp with a random configuration.
+    Head,
+    /// Head and safety envelope σ.
+    Safety,
+    /// Safety, and the configuration with the highest manipulability value.
+    Mv,
+    /// All of it: MV, and grasps chosen by upper confidence bounds.
+    Cip,
+    /// CIP with the barrier in place of σ's thresholds.
+    HardGuard,
+    /// Our recipe for few trials: hard guard, and a policy that corrects the object's own motion.
+    Fast,
+}
+
+impl Ablation {
+    /// All settings, in the order of the dissertation.
+    pub const ALL: [Self; 7] = [
+        Self::Unstructured,
+        Self::Head,
+        Self::Safety,
+        Self::Mv,
+        Self::Cip,
+        Self::HardGuard,
+        Self::Fast,
+    ];
+
+    /// Name in commands and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Unstructured => "unstructured",
+            Self::Head => "head",
+            Self::Safety => "safety",
+            Self::Mv => "mv",
+            Self::Cip => "cip",
+            Self::HardGuard => "hard-guard",
+            Self::Fast => "fast",
+        }
+    }
+
+    /// The setting of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|setting| setting.name() == name)
+    }
+}
+
+/// What keeps the joints from their limits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GuardKind {
+    /// Nothing.
+    None,
+    /// σ.
+    Envelope,
+    /// The barrier.
+    Barrier,
+}
+
+/// What is earned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reward {
+    /// 1 for success, and potential-based shaping by progress (Ng, Harada & Russell, ICML 1999): the text.
+    #[default]
+    Potential,
+    /// 1 for success, else what was gained beyond the best so far, in the joint's unit: the code.
+    Ratchet,
+}
+
+/// Everything that a training run is made with, beside task and seed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CipSetting {
+    /// Whether the head brings the gripper to a grasp before the policy begins.
+    pub head: bool,
+    /// Guard of the joint limits.
+    pub guard: GuardKind,
+    /// How the configuration is chosen.
+    pub configuration: ConfigurationChoice,
+    /// How grasps are chosen.
+    pub grasps: GraspChoice,
+    /// The bandit over them.
+    pub bandit: BanditParams,
+    /// What is earned.
+    pub reward: Reward,
+    /// What actions mean.
+    pub ranges: ActionRanges,
+    /// The motion that the policy corrects, if it does.
+    pub guide: Option<GuideParams>,
+    /// Steps without progress after which B ends the episode.
+    pub stuck_steps: Option<u32>,
+    /// Steps near a limit after which B ends the episode.
+    pub cornered_steps: Option<u32>,
+    /// Steps of a random policy that a grasp must outlast to be kept (thesis 3.2.1).
+    pub jiggle_steps: u32,
+    /// How it is learned.
+    pub td3: Td3Params,
+    /// Training episodes from one evaluation to the next.
+    pub evaluate_every: u32,
+    /// Rollouts of an evaluation.
+    pub evaluation_rollouts: u32,
+}
+
+impl CipSetting {
+    /// The setting of an ablation.
+    pub fn of(ablation: Ablation) -> Self {
+        let plain = Self {
+            head: true,
+            guard: GuardKind::Envelope,
+            configuration: ConfigurationChoice::Manipulability,
+            grasps: GraspChoice::Ucb,
+            bandit: BanditParams {
+                untried: Untried::CountsAsOne,
+                ..BanditParams::default()
+            },
+            reward: Reward::default(),
+            ranges: ActionRanges::default(),
+            guide: None,
+            stuck_steps: None,
+            cornered_steps: None,
+            jiggle_steps: 100,
+            td3: Td3Params {
+                policy_first_action: FIRST_ACTION.to_vec(),
+                ..Td3Params::default()
+            },
+            evaluate_every: 10,
+            evaluation_rollouts: 10,
+        };
+        match ablation {
+            Ablation::Cip => plain,
+            Ablation::Mv => Self {
+                grasps: GraspChoice::Random,
+                ..plain
+            },
+            Ablation::Safety => Self {
+                configuration: ConfigurationChoice::Random,
+                ..Self::of(Ablation::Mv)
+            },
+            Ablation::Head => Self {
+                guard: GuardKind::None,
+                ..Self::of(Ablation::Safety)
+            },
+            Ablation::Unstructured => Self {
+                head: false,
+                // It begins with nothing in its hand.
+                td3: Td3Params::default(),
+                ..Self::of(Ablation::Head)
+            },
+            Ablation::HardGuard => Self {
+                guard: GuardKind::Barrier,
+                ..plain
+            },
+            Ablation::Fast => Self {
+                guard: GuardKind::Barrier,
+                guide: Some(GuideParams::default()),
+                stuck_steps: Some(40),
+                cornered_steps: Some(10),
+                td3: Td3Params {
+                    learning_rate: 3e-4,
+                    critic_layer_norm: true,
+                    policy_output_scale: 0.01,
+                    warmup_steps: 0,
+                    exploration_noise: 0.1,
+                    updates_per_step: 2.0,
+                    policy_first_action: Vec::new(),
+                    ..Td3Params::default()
+                },
+                ..plain
+            },
+        }
+    }
+
+    /// The guard, for an arm.
+    ///
+    /// # Errors
+    /// [`ControlError`] if the arm's description contradicts itself.
+    pub fn guard_for(&self, anatomy: &Anatomy) -> Result<JointGuard, ControlError> {
+        /// Distance that the barrier keeps from a limit: twice what B calls a violation, rad.
+        const BARRIER_RAD: f64 = 0.175;
+        Ok(match self.guard {
+            GuardKind::None => JointGuard::None,
+            GuardKind::Envelope => JointGuard::Envelope(SafetyEnvelope::new(
+                anatomy.arm_limits.clone(),
+                anatomy.torque_max_nm.clone(),
+            )?),
+            GuardKind::Barrier => {
+                JointGuard::Barrier(JointBarrier::new(anatomy.arm_limits.clone(), BARRIER_RAD)?)
+            }
+        })
+    }
+}
