@@ -15,5 +15,6 @@ pub mod lwr;
 pub mod mlp;
 mod panels;
 pub mod pi2;
+pub mod policy_gradient;
 pub mod replay;
 pub mod td3;

@@ -17,9 +17,11 @@ mod architecture;
 mod layout;
 mod norm;
 mod pass;
+mod tangent;
 
 pub use architecture::{Activation, Architecture, NetworkError};
 pub use pass::Pass;
+pub(crate) use tangent::Tangent;
 
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
