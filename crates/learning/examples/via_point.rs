@@ -5,13 +5,14 @@
 //! ```
 //!
 //! The problem, the primitive and the numbers are those of dmpbbo's demonstration `demo_bbo_of_dmps`, written anew, so
-//! that the figures can be laid side by side. A primitive of half a second, at rest until its forces are learned, is
+//! that the figures can be laid side by side: the cost before the first update is the same to all digits given, 1.135
+//! and 0.495. A primitive of half a second, at rest until its forces are learned, is
 //! to pass near a point at 0.3 s (in one dimension) or at any time (in two), without much acceleration.
 //!
 //! ```text
 //! tau y' = z,  tau z' = k (g(t) - y) - d z + s(t) sum_i w_i exp(-(x - c_i)^2 / (2 b^2)),  k = d^2 / 4,  d = 20
 //! tau g' = 15 (y_end - g)       x = t / tau, at most 1       s: falls from 1 to 0 about 0.85 tau
-//! J = max(0, distance to the point - 0.1) + 0.00005 mean |y''|^2
+//! J = max(0, distance to the point - 0.1) + 0.00005 mean y''^2
 //! ```
 
 #![expect(clippy::print_stdout, reason = "prints what it found")]
@@ -28,15 +29,19 @@ const N_ROLLOUTS: usize = 10;
 const SEEDS: std::ops::Range<u64> = 0..10;
 
 fn main() -> Result<(), Pi2Error> {
+    let with = |exploration| Pi2Params {
+        exploration,
+        ..Pi2Params::default()
+    };
+    let share_of_dmpbbo = Exploration::Adapted {
+        share: 0.5,
+        std_min: 1000.0_f64.powf(-0.5),
+        std_max: 10.0,
+    };
     let searches = [
         ("cma", Pi2Params::default()),
-        (
-            "decay",
-            Pi2Params {
-                exploration: Exploration::Decayed { factor: 0.9 },
-                ..Pi2Params::default()
-            },
-        ),
+        ("cma, dmpbbo's share and bound", with(share_of_dmpbbo)),
+        ("decay", with(Exploration::Decayed { factor: 0.9 })),
     ];
     for n_dims in [1, 2] {
         let problem = Problem::new(n_dims);
@@ -107,35 +112,25 @@ impl Problem {
             .flatten()
             .map(|[_, acceleration]| acceleration.powi(2))
             .sum();
-        (off - 0.1).max(0.0) + 5e-5 * effort / (N_STEPS + 1) as f64
+        (off - 0.1).max(0.0) + 5e-5 * effort / (n_dims * (N_STEPS + 1)) as f64
     }
 }
 
-/// Position and acceleration at each step, by the rule of Runge and Kutta of fourth order.
+/// Position and acceleration at each step, by Euler's rule, as dmpbbo integrates springs.
 fn rollout(start: f64, goal: f64, weights: &[f64]) -> Vec<[f64; 2]> {
-    let change = |t: f64, [y, z, g]: [f64; 3]| {
-        let force = gate(t) * forcing((t / TAU_S).min(1.0), weights);
-        [
-            z / TAU_S,
-            (100.0 * (g - y) - 20.0 * z + force) / TAU_S,
-            15.0 * (goal - g) / TAU_S,
-        ]
-    };
-    let mut state = [start, 0.0, start];
-    let mut run = Vec::with_capacity(N_STEPS + 1);
-    for k in 0..=N_STEPS {
-        let t = k as f64 * STEP_S;
-        let along = |way: [f64; 3], h: f64| std::array::from_fn(|i| state[i] + h * way[i]);
-        let k1 = change(t, state);
-        run.push([state[0], k1[1] / TAU_S]);
-        let k2 = change(t + 0.5 * STEP_S, along(k1, 0.5 * STEP_S));
-        let k3 = change(t + 0.5 * STEP_S, along(k2, 0.5 * STEP_S));
-        let k4 = change(t + STEP_S, along(k3, STEP_S));
-        state = std::array::from_fn(|i| {
-            state[i] + STEP_S / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
-        });
-    }
-    run
+    let (mut y, mut z) = (start, 0.0);
+    (0..=N_STEPS)
+        .map(|k| {
+            let t = k as f64 * STEP_S;
+            let pulled_to = goal + (start - goal) * (-15.0 * t / TAU_S).exp();
+            let force = gate(t) * forcing((t / TAU_S).min(1.0), weights);
+            let change = (100.0 * (pulled_to - y) - 20.0 * z + force) / TAU_S;
+            let now = [y, change / TAU_S];
+            y += STEP_S * z / TAU_S;
+            z += STEP_S * change;
+            now
+        })
+        .collect()
 }
 
 /// A logistic fall whose inflection is at 0.85 of the duration.

@@ -13,6 +13,7 @@ mod bench;
 mod check;
 mod codegen;
 mod licences;
+mod peers;
 mod process;
 mod run;
 mod setup;
@@ -41,6 +42,7 @@ Usage: cargo x <command> [arguments]
   licences         licences, bans and sources of every dependency
   codegen          write the page's protocol types; with --check, only say whether they are up to date
   bench [NAME]     run the benchmarks of every crate, or of the crate NAME
+  bench peers NAME compare with programs of others, as JSON: bootstrap
 ";
 
 fn main() -> ExitCode {
@@ -70,7 +72,10 @@ fn dispatch(arguments: Vec<String>) -> Result<ExitCode> {
         "tidy" => tidy::run(&workspace)?,
         "licences" => licences::run(&workspace)?,
         "codegen" => codegen::run(&workspace, rest)?,
-        "bench" => bench::run(&workspace, rest)?,
+        "bench" => match rest.split_first() {
+            Some((first, rest)) if first == "peers" => peers::run(&workspace, rest)?,
+            _ => bench::run(&workspace, rest)?,
+        },
         "help" | "--help" | "-h" => print!("{USAGE}"),
         other => bail!("there is no command `{other}`\n\n{USAGE}"),
     }
