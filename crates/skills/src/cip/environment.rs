@@ -23,7 +23,10 @@ use super::setting::{CipSetting, Reward};
 const CLOSING_STEPS: u32 = 10;
 
 /// Room on both sides of what is grasped before the fingers close, metres.
-const FINGER_ROOM_M: f64 = 0.012;
+const FINGER_ROOM_M: f64 = 0.008;
+
+/// How far the fingers close in a period until they touch, of the whole opening: slow, so that they meet the object gently.
+const CLOSING_STROKE: f64 = 0.03;
 
 /// Configurations tried for a grasp before it counts as one that cannot be taken.
 const CONFIGURATIONS_TRIED: usize = 3;
@@ -327,8 +330,9 @@ impl<R: Rig> CipEnvironment<R> {
         width_m: f64,
         rng: &mut ChaCha8Rng,
     ) -> Result<Begun, CipError<R::Error>> {
+        let motion = self.motion(base_from_object, base_from_tcp);
         let choice = self.setting.configuration;
-        let found = configurations(&mut self.scene, base_from_tcp, choice, rng);
+        let found = configurations(&mut self.scene, &motion, choice, rng);
         let mut outcome = Begun::Unreachable;
         let aperture_max_m = self.rig.anatomy().aperture_max_m;
         let opening = ((width_m + 2.0 * FINGER_ROOM_M) / aperture_max_m).clamp(0.1, 1.0);
@@ -346,7 +350,8 @@ impl<R: Rig> CipEnvironment<R> {
             self.opening = opening;
             self.summary = Summary::default();
             for _ in 0..CLOSING_STEPS {
-                self.act(&HOLD)?;
+                let opening = (self.opening - CLOSING_STROKE).max(0.0);
+                self.act_opening(&HOLD, Some(opening))?;
             }
             let reading = self.rig.reading();
             if reading.touching && !self.summary.violation {
@@ -387,15 +392,39 @@ impl<R: Rig> CipEnvironment<R> {
         Ok(self.rig.reading().touching)
     }
 
+    /// Tool poses from a grasp along the object's motion to its goal, the grasp first.
+    fn motion(&self, base_from_object: &Pose, base_from_tcp: &Pose) -> Vec<Pose> {
+        const N_POSES: usize = 12;
+        let joint = &self.rig.anatomy().object_joint;
+        let SuccessIndicator { start, goal } = self.success;
+        (0..N_POSES)
+            .map(|i| {
+                let share = i as f64 / (N_POSES - 1) as f64;
+                let moved = joint.motion(start, start + (goal - start) * share);
+                base_from_object * moved * base_from_object.inverse() * base_from_tcp
+            })
+            .collect()
+    }
+
     /// Does an action for one control period.
     fn act(&mut self, action: &[f32; N_ACTION]) -> Result<(), CipError<R::Error>> {
+        self.act_opening(action, None)
+    }
+
+    /// Does an action for one control period, with another opening of the gripper if one is given.
+    fn act_opening(
+        &mut self,
+        action: &[f32; N_ACTION],
+        opening: Option<f64>,
+    ) -> Result<(), CipError<R::Error>> {
         let period_secs = 1.0 / self.rig.anatomy().episode.control_hz;
-        let command = self.setting.ranges.command(
+        let mut command = self.setting.ranges.command(
             action,
             &self.rig.reading().base_from_tcp,
             self.opening,
             period_secs,
         );
+        command.opening = opening.unwrap_or(command.opening);
         self.opening = command.opening;
         self.rig.step(&command).map_err(CipError::Rig)?;
         let reading = self.rig.reading();
@@ -414,6 +443,14 @@ impl<R: Rig> CipEnvironment<R> {
 
     /// What a step earned: `before` and `after` are progress, 0 at the start and 1 at the goal.
     fn reward(&self, before: f64, after: f64, ending: Ending) -> f64 {
+        /// Contact force above which it costs something, N.
+        const GENTLE_N: f64 = 60.0;
+        let over = self.rig.reading().peak_force_n / GENTLE_N - 1.0;
+        let cost = self.setting.force_cost * over.clamp(0.0, 1.0) + self.setting.step_cost;
+        self.earned(before, after, ending) - cost
+    }
+
+    fn earned(&self, before: f64, after: f64, ending: Ending) -> f64 {
         match self.setting.reward {
             Reward::Potential => {
                 let potential = |progress: f64| progress.clamp(0.0, 1.0);

@@ -27,7 +27,7 @@ impl Default for GuideParams {
         Self {
             reach: 0.8,
             stiffness: 0.6,
-            cap: 0.3,
+            cap: 0.1,
         }
     }
 }

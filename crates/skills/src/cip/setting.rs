@@ -104,6 +104,8 @@ pub struct CipSetting {
     pub head: bool,
     /// Guard of the joint limits.
     pub guard: GuardKind,
+    /// σ_1 and σ_2, rad.
+    pub envelope_rad: [f64; 2],
     /// How the configuration is chosen.
     pub configuration: ConfigurationChoice,
     /// How grasps are chosen.
@@ -112,6 +114,10 @@ pub struct CipSetting {
     pub bandit: BanditParams,
     /// What is earned.
     pub reward: Reward,
+    /// What a step costs in which a finger feels 120 N or more; less from 60 N on.
+    pub force_cost: f64,
+    /// What every step costs.
+    pub step_cost: f64,
     /// What actions mean.
     pub ranges: ActionRanges,
     /// The motion that the policy corrects, if it does.
@@ -136,6 +142,7 @@ impl CipSetting {
         let plain = Self {
             head: true,
             guard: GuardKind::Envelope,
+            envelope_rad: [0.3, 0.2],
             configuration: ConfigurationChoice::Manipulability,
             grasps: GraspChoice::Ucb,
             bandit: BanditParams {
@@ -143,6 +150,8 @@ impl CipSetting {
                 ..BanditParams::default()
             },
             reward: Reward::default(),
+            force_cost: 0.0,
+            step_cost: 0.0,
             ranges: ActionRanges::default(),
             guide: None,
             stuck_steps: None,
@@ -181,15 +190,16 @@ impl CipSetting {
             },
             Ablation::Fast => Self {
                 guard: GuardKind::Barrier,
+                configuration: ConfigurationChoice::AlongMotion,
+                force_cost: 0.1,
+                step_cost: 0.005,
                 guide: Some(GuideParams::default()),
                 stuck_steps: Some(40),
                 cornered_steps: Some(10),
                 td3: Td3Params {
-                    learning_rate: 3e-4,
                     critic_layer_norm: true,
                     policy_output_scale: 0.01,
-                    warmup_steps: 0,
-                    exploration_noise: 0.1,
+                    warmup_steps: 200,
                     updates_per_step: 2.0,
                     policy_first_action: Vec::new(),
                     ..Td3Params::default()
@@ -208,10 +218,15 @@ impl CipSetting {
         const BARRIER_RAD: f64 = 0.175;
         Ok(match self.guard {
             GuardKind::None => JointGuard::None,
-            GuardKind::Envelope => JointGuard::Envelope(SafetyEnvelope::new(
-                anatomy.arm_limits.clone(),
-                anatomy.torque_max_nm.clone(),
-            )?),
+            GuardKind::Envelope => {
+                let envelope = SafetyEnvelope::new(
+                    anatomy.arm_limits.clone(),
+                    anatomy.torque_max_nm.clone(),
+                )?;
+                let [null_space, push_back] = self.envelope_rad;
+                let failure = envelope.failure_rad;
+                JointGuard::Envelope(envelope.with_thresholds(null_space, push_back, failure)?)
+            }
             GuardKind::Barrier => {
                 JointGuard::Barrier(JointBarrier::new(anatomy.arm_limits.clone(), BARRIER_RAD)?)
             }
