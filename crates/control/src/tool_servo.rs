@@ -97,7 +97,7 @@ impl ToolServo {
             JointGuard::Barrier(barrier) => {
                 // The gears are spared first; nothing comes after the barrier but the motors' own limit.
                 let spared = self.limiter.limit(&task, dt_secs)?;
-                let kept = barrier.filter(arm, &spared, &before, dt_secs)?;
+                let kept = barrier.filter(arm, &spared, &before, self.limiter.max(), dt_secs)?;
                 self.limiter.set_last(&kept)?;
                 self.limiter.last().clone()
             }

@@ -351,12 +351,8 @@ impl SimRobot {
         else {
             return 0.0;
         };
-        let positions: Vec<f64> = gripper
-            .joints
-            .iter()
-            .map(|&joint| self.state.joint_position(joint))
-            .collect();
-        scale.opening(&positions)
+        let joints = gripper.joints.iter();
+        scale.opening(joints.map(|&joint| self.state.joint_position(joint)))
     }
 
     /// One physics step with all controllers.

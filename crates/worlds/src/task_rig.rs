@@ -89,7 +89,6 @@ struct Ids {
     lift: Option<(JointId, ActuatorId)>,
     finger_joints: Vec<JointId>,
     finger_actuators: Vec<ActuatorId>,
-    pads: Vec<GeomId>,
     /// Geoms of each body that carries a pad.
     fingers: Vec<Vec<GeomId>>,
     object_joint: JointId,
@@ -114,6 +113,8 @@ pub struct TaskRig {
     n_substeps: u32,
     link_from_region: Point3<f64>,
     reading: Reading,
+    /// What was done to each finger by contact in the last step, N in the world.
+    finger_forces: Vec<Vector3<f64>>,
     world_from_object: Pose,
 }
 
@@ -179,9 +180,10 @@ impl TaskRig {
                 .iter()
                 .map(|&joint| model.joint_range(joint))
                 .collect(),
+            speed_max_rad_per_s: robot.arm.velocity_max_rad_per_s.clone(),
             torque_max_nm: robot.arm.torque_max_nm.clone(),
             n_finger_joints: ids.finger_joints.len(),
-            n_pads: ids.pads.len(),
+            n_pads: ids.fingers.len(),
             aperture_max_m,
             object_joint,
             episode: task.episode,
@@ -216,7 +218,7 @@ impl TaskRig {
                 base_from_tcp: Pose::identity(),
                 finger_positions: vec![0.0; ids.finger_joints.len()],
                 finger_velocities: vec![0.0; ids.finger_joints.len()],
-                pad_forces_in_tcp: vec![Vector3::zeros(); ids.pads.len()],
+                pad_forces_in_tcp: vec![Vector3::zeros(); ids.fingers.len()],
                 base_from_object: Pose::identity(),
                 region: Point3::origin(),
                 object_joint: task.start,
@@ -224,6 +226,7 @@ impl TaskRig {
                 peak_force_n: 0.0,
                 limit_distance_rad: f64::INFINITY,
             },
+            finger_forces: vec![Vector3::zeros(); ids.fingers.len()],
             world_from_object: Pose::identity(),
             ids,
             state,
@@ -272,12 +275,34 @@ impl TaskRig {
         }
     }
 
-    fn finger_positions(&self) -> Vec<f64> {
-        self.ids
-            .finger_joints
-            .iter()
-            .map(|&joint| self.state.joint_position(joint))
-            .collect()
+    /// Opening of the gripper, 0 closed to 1 open.
+    fn opening(&self) -> f64 {
+        let fingers = self.ids.finger_joints.iter();
+        self.scale
+            .opening(fingers.map(|&joint| self.state.joint_position(joint)))
+    }
+
+    /// Sums up what contacts did to each finger in the last step.
+    fn feel(&mut self) {
+        let fingers = &self.ids.fingers;
+        self.finger_forces.fill(Vector3::zeros());
+        for contact in self.state.contacts() {
+            let [a, b] = [contact.geom_a, contact.geom_b]
+                .map(|geom| fingers.iter().position(|finger| finger.contains(&geom)));
+            if a == b {
+                continue;
+            }
+            let Some(wrench) = self.state.contact_wrench(contact.idx) else {
+                continue;
+            };
+            // The wrench is what the first geom does to the second.
+            if let Some(finger) = a {
+                self.finger_forces[finger] -= wrench.force;
+            }
+            if let Some(finger) = b {
+                self.finger_forces[finger] += wrench.force;
+            }
+        }
     }
 
     /// Reads the arm as the control law needs it.
@@ -340,8 +365,12 @@ impl TaskRig {
         for (place, &joint) in reading.finger_velocities.iter_mut().zip(&ids.finger_joints) {
             *place = state.joint_velocity(joint);
         }
-        for (place, finger) in reading.pad_forces_in_tcp.iter_mut().zip(&ids.fingers) {
-            *place = tcp_from_world.rotation * state.contact_force_on(finger);
+        for (place, force) in reading
+            .pad_forces_in_tcp
+            .iter_mut()
+            .zip(&self.finger_forces)
+        {
+            *place = tcp_from_world.rotation * force;
         }
         reading.base_from_tcp = state.world_from_site(ids.tcp);
         reading.base_from_object = self.world_from_object;
@@ -362,30 +391,21 @@ impl TaskRig {
         for (&actuator, &torque) in self.ids.arm_actuators.iter().zip(&torques) {
             self.state.set_ctrl(actuator, torque);
         }
-        let opening = self.scale.opening(&self.finger_positions());
-        let force = self.pad_force();
-        let fingers = self.grip.step(opening, force, STEP_SECS);
+        let force = self.largest_finger_force();
+        let fingers = self.grip.step(self.opening(), force, STEP_SECS);
         self.set_fingers(fingers);
         self.state.step2().map_err(|error| self.physics(error))?;
-        let peak = self
-            .ids
-            .fingers
-            .iter()
-            .map(|finger| self.state.contact_force_on(finger).norm())
-            .fold(0.0, f64::max);
+        self.feel();
+        let peak = self.largest_finger_force();
         self.reading.peak_force_n = self.reading.peak_force_n.max(peak);
         self.reading.limit_distance_rad =
             self.reading.limit_distance_rad.min(self.limit_distance());
         Ok(())
     }
 
-    /// Largest force on a pad in the last step, N.
-    fn pad_force(&self) -> f64 {
-        self.ids
-            .pads
-            .iter()
-            .map(|&pad| self.state.contact_force_on(&[pad]).norm())
-            .fold(0.0, f64::max)
+    fn largest_finger_force(&self) -> f64 {
+        let forces = self.finger_forces.iter().map(Vector3::norm);
+        forces.fold(0.0, f64::max)
     }
 }
 
@@ -443,6 +463,7 @@ impl Rig for TaskRig {
             self.state.set_ctrl(actuator, torque);
         }
         self.grip = GripperController::holding(placing.opening, self.task.episode.grip_force_n);
+        self.feel();
         self.read();
         self.reading.peak_force_n = 0.0;
         self.reading.limit_distance_rad = self.limit_distance();
@@ -575,9 +596,9 @@ fn look_up(task: &TaskSpec, robot: &RobotDescription, model: &Model) -> Result<I
             &gripper.pads[..],
         )
     });
-    let pads = pads
+    let fingers = pads
         .iter()
-        .map(|name| model.geom(name))
+        .map(|name| Ok(model.geoms_of_body(model.geom_body(model.geom(name)?))))
         .collect::<Result<Vec<_>, _>>()
         .map_err(physics)?;
     let lift = robot
@@ -610,11 +631,7 @@ fn look_up(task: &TaskSpec, robot: &RobotDescription, model: &Model) -> Result<I
         lift,
         finger_joints: all(joints).map_err(physics)?,
         finger_actuators: drives(actuators).map_err(physics)?,
-        fingers: pads
-            .iter()
-            .map(|&pad| model.geoms_of_body(model.geom_body(pad)))
-            .collect(),
-        pads,
+        fingers,
         object_joint,
         link,
         region,

@@ -4,6 +4,7 @@
     reason = "helpers of tests, which may panic like the tests themselves"
 )]
 
+mod barrier;
 mod base_tracking;
 mod gripper;
 mod impedance;

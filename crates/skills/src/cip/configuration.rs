@@ -119,6 +119,8 @@ fn error_of(from: &Pose, to: &Pose) -> Vector6<f64> {
 fn damped_step(jacobian: &Matrix6xX<f64>, error: &Vector6<f64>) -> nalgebra::DVector<f64> {
     const DAMPING: f64 = 1e-4;
     let gram: Matrix6<f64> = jacobian * jacobian.transpose() + Matrix6::identity() * DAMPING;
-    let solved = gram.cholesky().map_or_else(Vector6::zeros, |cholesky| cholesky.solve(error));
+    let solved = gram
+        .cholesky()
+        .map_or_else(Vector6::zeros, |cholesky| cholesky.solve(error));
     jacobian.transpose() * solved
 }

@@ -50,6 +50,8 @@ pub struct Anatomy {
     pub robot: RobotModel,
     /// Limits of the arm's joints, rad; `None` for a joint that turns without end.
     pub arm_limits: Vec<Option<[f64; 2]>>,
+    /// Speed limits of the arm's joints, rad/s.
+    pub speed_max_rad_per_s: Vec<f64>,
     /// Limits of the arm's motors, N m.
     pub torque_max_nm: Vec<f64>,
     /// Joints of the gripper.

@@ -104,7 +104,9 @@ pub struct CipSetting {
     pub head: bool,
     /// Guard of the joint limits.
     pub guard: GuardKind,
-    /// σ_1 and σ_2, rad.
+    /// σ_1 and σ_2, rad. The text gives no values; the code has 0.3 and 0.2. Its null-space controller lets the tool coast
+    /// on, ours holds it, as the text has it: so ours takes the task away for good where the null space cannot help, as at
+    /// a folded elbow, and has to begin later.
     pub envelope_rad: [f64; 2],
     /// How the configuration is chosen.
     pub configuration: ConfigurationChoice,
@@ -142,7 +144,7 @@ impl CipSetting {
         let plain = Self {
             head: true,
             guard: GuardKind::Envelope,
-            envelope_rad: [0.3, 0.2],
+            envelope_rad: [0.2, 0.13],
             configuration: ConfigurationChoice::Manipulability,
             grasps: GraspChoice::Ucb,
             bandit: BanditParams {
@@ -159,6 +161,8 @@ impl CipSetting {
             jiggle_steps: 100,
             td3: Td3Params {
                 policy_first_action: FIRST_ACTION.to_vec(),
+                // Random actions open the fingers, which teaches nothing but that; the code has 100 of them.
+                warmup_steps: 0,
                 ..Td3Params::default()
             },
             evaluate_every: 10,
@@ -219,16 +223,16 @@ impl CipSetting {
         Ok(match self.guard {
             GuardKind::None => JointGuard::None,
             GuardKind::Envelope => {
-                let envelope = SafetyEnvelope::new(
-                    anatomy.arm_limits.clone(),
-                    anatomy.torque_max_nm.clone(),
-                )?;
+                let envelope =
+                    SafetyEnvelope::new(anatomy.arm_limits.clone(), anatomy.torque_max_nm.clone())?;
                 let [null_space, push_back] = self.envelope_rad;
                 let failure = envelope.failure_rad;
                 JointGuard::Envelope(envelope.with_thresholds(null_space, push_back, failure)?)
             }
             GuardKind::Barrier => {
-                JointGuard::Barrier(JointBarrier::new(anatomy.arm_limits.clone(), BARRIER_RAD)?)
+                let speed_max = anatomy.speed_max_rad_per_s.clone();
+                let limits = anatomy.arm_limits.clone();
+                JointGuard::Barrier(JointBarrier::new(limits, speed_max, BARRIER_RAD)?)
             }
         })
     }

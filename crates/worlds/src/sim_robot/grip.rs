@@ -60,16 +60,16 @@ impl GripperScale {
     }
 
     /// Opening, 0 closed to 1 open, of finger joint positions.
-    pub(crate) fn opening(&self, positions: &[f64]) -> f64 {
+    pub(crate) fn opening(&self, positions: impl Iterator<Item = f64>) -> f64 {
         let strokes = self.closed.iter().zip(&self.open).zip(positions);
-        let shares: Vec<f64> = strokes
+        let (sum, n) = strokes
             .filter(|((closed, open), _)| (*open - *closed).abs() > 1e-6)
             .map(|((closed, open), position)| (position - closed) / (open - closed))
-            .collect();
-        if shares.is_empty() {
+            .fold((0.0, 0), |(sum, n), share| (sum + share, n + 1));
+        if n == 0 {
             return 0.0;
         }
-        (shares.iter().sum::<f64>() / shares.len() as f64).clamp(0.0, 1.0)
+        (sum / f64::from(n)).clamp(0.0, 1.0)
     }
 }
 

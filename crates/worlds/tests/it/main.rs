@@ -14,3 +14,4 @@ mod refusals;
 mod scenes;
 mod senses;
 mod task_models;
+mod task_rigs;

@@ -228,7 +228,7 @@ impl Bench {
             .iter()
             .map(|&joint| self.state.joint_position(joint))
             .collect();
-        let opening = self.scale.opening(&positions);
+        let opening = self.scale.opening(positions.into_iter());
         let pads: Vec<f64> = self
             .pads
             .iter()
