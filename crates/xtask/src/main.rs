@@ -42,7 +42,7 @@ Usage: cargo x <command> [arguments]
   licences         licences, bans and sources of every dependency
   codegen          write the page's protocol types; with --check, only say whether they are up to date
   bench [NAME]     run the benchmarks of every crate, or of the crate NAME
-  bench peers NAME compare with programs of others, as JSON: bootstrap
+  bench peers NAME compare with programs of others, as JSON: bootstrap, cip (installs several GB)
 ";
 
 fn main() -> ExitCode {

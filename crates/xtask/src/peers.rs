@@ -1,6 +1,8 @@
 //! `cargo x bench peers NAME`: what Factotum does beside programs of others that do the same, in one run on one
 //! machine; the comparison is printed as JSON.
 
+mod cip;
+
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -21,8 +23,9 @@ const BOOTSTRAP_PACKAGES: [&str; 4] = [
 pub(crate) fn run(workspace: &Workspace, arguments: &[String]) -> Result<()> {
     match arguments.split_first() {
         Some((name, rest)) if name == "bootstrap" => bootstrap(workspace, rest),
-        Some((name, _)) => bail!("there is no comparison `{name}`; there are: bootstrap"),
-        None => bail!("which comparison? There are: bootstrap"),
+        Some((name, rest)) if name == "cip" => cip::run(workspace, rest),
+        Some((name, _)) => bail!("there is no comparison `{name}`; there are: bootstrap, cip"),
+        None => bail!("which comparison? There are: bootstrap, cip"),
     }
 }
 

@@ -42,6 +42,19 @@ impl Workspace {
     pub(crate) fn cargo(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         command.args(arguments).current_dir(&self.root);
+        self.set_library_path(&mut command);
+        command
+    }
+
+    /// A script run by a Python program, with MuJoCo's library where our benchmarks find it.
+    pub(crate) fn python(&self, program: &Path, script: &str) -> Command {
+        let mut command = Command::new(program);
+        command.arg(self.path(script)).current_dir(&self.root);
+        self.set_library_path(&mut command);
+        command
+    }
+
+    fn set_library_path(&self, command: &mut Command) {
         // The outer cargo set the library path to its own folders, which would hide the one of .cargo/config.toml.
         let mut library_path = vec![self.deps().join("mujoco/lib")];
         if let Some(inherited) = std::env::var_os("LD_LIBRARY_PATH") {
@@ -51,7 +64,6 @@ impl Workspace {
         if let Ok(joined) = std::env::join_paths(library_path) {
             command.env("LD_LIBRARY_PATH", joined);
         }
-        command
     }
 
     /// Every file that git tracks or would track, relative to the root, sorted.
