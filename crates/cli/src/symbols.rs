@@ -7,8 +7,11 @@ use std::time::Instant;
 
 use clap::{Args, Subcommand};
 use factotum_experiments::storage::{StorageError, write_atomically};
-use factotum_symbols::model::{LearnParams, LeftOutRecord, ModelRecord, Stage, SymbolicModel};
+use factotum_symbols::model::{
+    IndependenceRecord, LearnParams, LeftOutRecord, ModelRecord, Stage, SymbolicModel,
+};
 use factotum_symbols::partition::LeftOutReason;
+use factotum_symbols::spatial::{SpatialParams, Verdict};
 use factotum_symbols::transitions::{Transitions, read_csv};
 use factotum_task_planning::pddl::{DeterminiseOptions, determinise, write_domain, write_problem};
 use rand_chacha::ChaCha8Rng;
@@ -69,7 +72,10 @@ pub(crate) struct LearnArgs {
     /// Learn from the first rows only.
     #[arg(long, value_name = "N")]
     rows: Option<usize>,
-    /// Give a symbol or an operator a name of your own; may be given again.
+    /// The variables of the base's pose: where the base must be is learned apart from the rest.
+    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
+    spatial: Vec<String>,
+    /// Give a symbol, a place or an operator a name of your own; may be given again.
     #[arg(long, value_name = "OLD=NEW", value_parser = parse_rename)]
     rename: Vec<Rename>,
     /// Explain this operator when done.
@@ -125,6 +131,7 @@ fn learn(args: &LearnArgs, console: &Console) -> anyhow::Result<()> {
     console.progress("reading transitions");
     let transitions = read_transitions(args)?;
     stages.end("read");
+    let spatial = spatial_params(&args.spatial, &transitions)?;
     console.progress(format!(
         "dividing the options of {} transitions",
         transitions.len()
@@ -134,7 +141,10 @@ fn learn(args: &LearnArgs, console: &Console) -> anyhow::Result<()> {
         stages.end(&stage.to_string());
         console.progress(what_follows(stage));
     };
-    let params = LearnParams::default();
+    let params = LearnParams {
+        spatial,
+        ..LearnParams::default()
+    };
     let model = SymbolicModel::learn(&transitions, &params, &mut rng, &mut on_stage);
     let mut record = model.record();
     if record.operators.is_empty() {
@@ -166,6 +176,11 @@ fn learn(args: &LearnArgs, console: &Console) -> anyhow::Result<()> {
     document["start"] = json!(record.start);
     document["goal"] = json!(record.goal);
     document["left_out"] = json!(record.left_out);
+    if let Some(space) = model.space() {
+        document["places"] = json!(space.places.len());
+        document["independence"] = json!(record.independence);
+        document["operators_without_place"] = space.n_operators_without_place.into();
+    }
     if let Some(explanation) = &explanation {
         document["explanation"] = json!(explanation);
     }
@@ -232,6 +247,29 @@ fn read_transitions(args: &LearnArgs) -> anyhow::Result<Transitions> {
     })
 }
 
+/// The variables of the base's pose, by name.
+fn spatial_params(
+    names: &[String],
+    transitions: &Transitions,
+) -> anyhow::Result<Option<SpatialParams>> {
+    let known = transitions.variables();
+    let place = |name: &String| {
+        (known.iter().position(|v| v == name)).ok_or_else(|| {
+            usage(format!(
+                "--spatial names variable `{name}`; available: `{}`",
+                known.join("`, `")
+            ))
+        })
+    };
+    let variables = names.iter().map(place).collect::<Result<Vec<_>, _>>()?;
+    if variables.len() == known.len() {
+        return Err(usage(
+            "--spatial names every variable; nothing is left to learn symbols of",
+        ));
+    }
+    Ok((!variables.is_empty()).then(|| SpatialParams::new(variables)))
+}
+
 fn rename(record: &mut ModelRecord, names: &[Rename]) -> anyhow::Result<()> {
     for Rename { from, to } in names {
         record.rename(from, to).map_err(usage)?;
@@ -255,6 +293,18 @@ fn notes(record: &ModelRecord) -> Vec<String> {
     if !unused.is_empty() {
         notes.push(format!("no operator runs {}", unused.join(", ")));
     }
+    for tested in &record.independence {
+        let IndependenceRecord { option, place, .. } = tested;
+        notes.push(match tested.verdict {
+            Verdict::Holds => format!("`{option}`: where it can run does not depend on the rest ({place})"),
+            Verdict::Fails => format!(
+                "`{option}`: where it can run depends on the rest; each operator has places of its own ({place}-...)"
+            ),
+            Verdict::Untested => format!(
+                "`{option}`: too little was seen to test whether where it can run depends on the rest; taken as if not ({place})"
+            ),
+        });
+    }
     notes
 }
 
@@ -263,6 +313,7 @@ fn left_out_notes(record: &ModelRecord) -> Vec<String> {
     let note = |left_out: &LeftOutRecord| {
         let why = match left_out.reason {
             LeftOutReason::NoChange => "changed nothing",
+            LeftOutReason::OnlyMoved => "moved the base alone",
             LeftOutReason::TooFew => "are too few of their kind",
             LeftOutReason::Noise => "ended each somewhere else",
         };

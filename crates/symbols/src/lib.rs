@@ -7,6 +7,8 @@
 //! densities over [`factors`]; these densities are the symbols of a [`vocabulary`], and a choice of symbols that a
 //! precondition holds for is an operator ([`operators`]). [`model`] is the whole way, up to PPDDL.
 //!
+//! With [`spatial`] independence, where the base must be is learned apart from the rest.
+//!
 //! *Navigation symbols* σ^o (dissertation 5.3): a probabilistic classifier over the robot's base pose relative to
 //! the object an option acts on. Because it lives in the object's frame, it moves with the object and to other homes.
 //!
@@ -25,6 +27,7 @@ pub mod operators;
 pub mod partition;
 pub mod precondition;
 mod samples;
+pub mod spatial;
 pub mod support_vector;
 pub mod transitions;
 pub mod vocabulary;

@@ -8,6 +8,9 @@
 //! | operators | [`LearnedOperator`]s | preconditions on draws from the symbols |
 //! | goal | the symbols of the goal | end states where the goal was reached |
 //!
+//! With [`SpatialParams`], the variables of the base's pose are projected out first, and the preconditions' stage also
+//! tests spatial independence; navigation symbols are learned with the operators.
+//!
 //! The start symbols come first in the vocabulary. A model is kept as a [`ModelRecord`], which becomes PPDDL by
 //! [`ModelRecord::domain`] and [`ModelRecord::problem`], and PDDL with costs of -log p by
 //! [`determinise`](factotum_task_planning::pddl::determinise).
@@ -20,8 +23,8 @@ mod tests;
 
 pub use explain::{Explanation, OutcomeExplanation};
 pub use record::{
-    GoalRecord, LeftOutRecord, ModelRecord, NameError, OperatorRecord, OutcomeRecord,
-    PartitionRecord, SymbolRecord,
+    GoalRecord, IndependenceRecord, LeftOutRecord, ModelRecord, NameError, OperatorRecord,
+    OutcomeRecord, PartitionRecord, PlaceRecord, SymbolRecord,
 };
 
 use std::collections::BTreeMap;
@@ -35,7 +38,8 @@ use crate::operators::{
     combinations,
 };
 use crate::partition::{LeftOut, Partition, PartitionParams, partition};
-use crate::precondition::{Precondition, PreconditionParams, learn_classifier, learn_precondition};
+use crate::precondition::{Precondition, PreconditionParams, learn_classifier, samples_of};
+use crate::spatial::{SpatialData, SpatialModel, SpatialParams};
 use crate::transitions::Transitions;
 use crate::vocabulary::{EqualityParams, Vocabulary, VocabularyBuilder};
 
@@ -52,6 +56,8 @@ pub struct LearnParams {
     pub equality: EqualityParams,
     /// When symbols make a precondition.
     pub operator: OperatorParams,
+    /// Learn where the base must be apart from the rest, as in 5.3; without it, its pose is a variable like any other.
+    pub spatial: Option<SpatialParams>,
 }
 
 /// The stages of learning, in order.
@@ -88,7 +94,7 @@ pub struct Summary {
     pub symbols: usize,
     /// Operators.
     pub operators: usize,
-    /// The variables of each factor, as indices.
+    /// The variables of each factor, as the recording counts them.
     pub factors: Vec<Vec<usize>>,
     /// Wall time of each stage by its name; the caller's clock, since learning has none.
     pub stage_secs: BTreeMap<String, f64>,
@@ -109,6 +115,10 @@ pub struct LearnedGoal {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SymbolicModel {
     variables: Vec<String>,
+    /// The variables as the recording counts them.
+    recorded_as: Vec<usize>,
+    /// The names of the variables of the base's pose, if space was learned apart.
+    spatial_variables: Vec<String>,
     options: Vec<String>,
     partitions: Vec<Partition>,
     left_out: Vec<LeftOut>,
@@ -118,6 +128,7 @@ pub struct SymbolicModel {
     operators: Vec<LearnedOperator>,
     start: Vec<usize>,
     goal: Option<LearnedGoal>,
+    space: Option<SpatialModel>,
 }
 
 impl SymbolicModel {
@@ -130,38 +141,63 @@ impl SymbolicModel {
         rng: &mut dyn Rng,
         on_stage: &mut dyn FnMut(Stage),
     ) -> Self {
-        let (partitions, left_out) = partition(transitions, &params.partition);
-        on_stage(Stage::Partition);
-        let precondition = |(i, partition): (usize, &Partition)| {
-            let others: Vec<&Partition> = (partitions.iter().enumerate())
-                .filter(|(j, other)| *j != i && other.option == partition.option)
-                .map(|(_, other)| other)
-                .collect();
-            learn_precondition(transitions, partition, &others, &params.precondition, rng)
+        let spatial_variables = (params.spatial.iter().flat_map(|s| &s.variables))
+            .map(|&v| transitions.variables()[v].clone())
+            .collect();
+        let spatial = (params.spatial.as_ref()).map(|s| SpatialData::new(transitions, s));
+        let transitions = spatial.as_ref().map_or(transitions, SpatialData::rest);
+        let (partitions, left_out, apart) = match &spatial {
+            None => {
+                let (partitions, left_out) = partition(transitions, &params.partition);
+                (partitions, left_out, Vec::new())
+            }
+            Some(data) => data.partition(&params.partition, &params.precondition, rng),
         };
-        let preconditions: Vec<_> = partitions.iter().enumerate().map(precondition).collect();
-        on_stage(Stage::Preconditions);
+        on_stage(Stage::Partition);
+        let precondition = |i: usize| {
+            let (positive, mut negative) = samples_of(transitions, &partitions, i);
+            if let Some(data) = &spatial {
+                negative = data.unexplained(&positive, negative);
+            }
+            let states = transitions.states();
+            learn_classifier(states, positive, negative, &params.precondition, rng)
+        };
+        let preconditions: Vec<_> = (0..partitions.len()).map(precondition).collect();
         let factors = Factors::new(&partitions, transitions.variables().len());
+        let places = (spatial.as_ref())
+            .map(|data| data.places(&partitions, &apart, &factors, &params.precondition, rng));
+        on_stage(Stage::Preconditions);
         let mut builder = VocabularyBuilder::new(&factors, &params.bandwidths, params.equality);
         let start = start_symbols(transitions, &factors, &mut builder, rng);
         let effects = effect_symbols(transitions, &partitions, &factors, &mut builder, rng);
         let vocabulary = builder.finish(rng);
         on_stage(Stage::Effects);
         let draws = SymbolDraws::new(&vocabulary, params.operator.n_draws, rng);
+        let none_named = vec![Vec::new(); partitions.len()];
         let parts = OperatorParts {
             transitions,
             partitions: &partitions,
             preconditions: &preconditions,
+            named_factors: places.as_ref().map_or(&none_named, |p| &p.named_factors),
             effects: &effects,
             factors: &factors,
             vocabulary: &vocabulary,
         };
-        let operators = build_operators(&parts, &draws, &params.operator);
+        let mut operators = build_operators(&parts, &draws, &params.operator);
+        let space = spatial.as_ref().zip(places).map(|(data, places)| {
+            let params = (&params.precondition, &params.operator);
+            places.learn(data, &partitions, &mut operators, &vocabulary, params, rng)
+        });
         on_stage(Stage::Operators);
         let goal = learn_goal(transitions, &factors, &vocabulary, &draws, params, rng);
         on_stage(Stage::Goal);
         Self {
             variables: transitions.variables().to_vec(),
+            recorded_as: match &spatial {
+                Some(data) => data.rest_variables().to_vec(),
+                None => (0..transitions.variables().len()).collect(),
+            },
+            spatial_variables,
             options: transitions.options().to_vec(),
             partitions,
             left_out,
@@ -171,16 +207,18 @@ impl SymbolicModel {
             operators,
             start,
             goal,
+            space,
         }
     }
 
     /// The model in numbers, with the time that each stage took.
     pub fn summary(&self, stage_secs: &[(Stage, f64)]) -> Summary {
+        let recorded = |factor: &Vec<usize>| factor.iter().map(|&v| self.recorded_as[v]).collect();
         let stage = |(stage, secs): &(Stage, f64)| (stage.to_string(), *secs);
         Summary {
             symbols: self.vocabulary.symbols().len(),
             operators: self.operators.len(),
-            factors: self.factors.variables().to_vec(),
+            factors: self.factors.variables().iter().map(recorded).collect(),
             stage_secs: stage_secs.iter().map(stage).collect(),
         }
     }
@@ -218,6 +256,11 @@ impl SymbolicModel {
     /// The symbols that hold at the start, one a factor.
     pub fn start(&self) -> &[usize] {
         &self.start
+    }
+
+    /// What was learned about space, if that was to be learned apart.
+    pub fn space(&self) -> Option<&SpatialModel> {
+        self.space.as_ref()
     }
 
     /// The goal; `None` if it was never reached or no symbols stand for it.

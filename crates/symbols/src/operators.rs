@@ -38,6 +38,17 @@ impl Default for OperatorParams {
     }
 }
 
+impl OperatorParams {
+    /// A probability as planners are told it.
+    pub(crate) fn as_told(&self, probability: f64) -> f64 {
+        if probability < self.probability_high {
+            probability
+        } else {
+            1.0
+        }
+    }
+}
+
 /// A partition from certain symbols.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LearnedOperator {
@@ -51,6 +62,9 @@ pub struct LearnedOperator {
     pub probability: f64,
     /// How likely as PPDDL has it: 1 from [`OperatorParams::probability_high`] on.
     pub run_probability: f64,
+    /// Where the base must be, as a place in [`SpatialModel::places`](crate::spatial::SpatialModel::places); `None` if
+    /// space is a variable like any other.
+    pub place: Option<usize>,
     /// What may come of it; as many as the partition has.
     pub outcomes: Vec<LearnedOutcome>,
 }
@@ -64,6 +78,8 @@ pub struct LearnedOutcome {
     pub adds: Vec<usize>,
     /// The symbols that may have held before and do not after.
     pub deletes: Vec<usize>,
+    /// Whether the base may be elsewhere after it; always false if space is a variable like any other.
+    pub moves_base: bool,
     /// What it cost on average, if rewards were recorded: the reward's negative, or 0 where it paid.
     pub cost: Option<f64>,
 }
@@ -239,6 +255,8 @@ pub(crate) struct OperatorParts<'a> {
     pub(crate) partitions: &'a [Partition],
     /// The precondition of each partition.
     pub(crate) preconditions: &'a [Precondition],
+    /// For each partition, factors of which an operator names a symbol even if the precondition does not look at them.
+    pub(crate) named_factors: &'a [Vec<usize>],
     /// For each partition and outcome, the symbols it leaves behind.
     pub(crate) effects: &'a [Vec<Vec<usize>>],
     pub(crate) factors: &'a Factors,
@@ -261,14 +279,20 @@ pub(crate) fn build_operators(
     let mut operators = Vec::new();
     for (index, (partition, precondition)) in partitions.iter().zip(parts.preconditions).enumerate()
     {
-        let looked_at = factors.of_variables(&precondition.variables);
-        let found = combinations(
+        let mut looked_at = factors.of_variables(&precondition.variables);
+        let mut found = combinations(
             precondition,
             factors,
             vocabulary,
             draws,
             params.probability_low,
         );
+        for &factor in &parts.named_factors[index] {
+            if !looked_at.contains(&factor) {
+                found = with_each_symbol_of(&vocabulary.of_factor(factor), &found);
+                looked_at.push(factor);
+            }
+        }
         let number = partitions[..index]
             .iter()
             .filter(|p| p.option == partition.option)
@@ -288,6 +312,7 @@ pub(crate) fn build_operators(
                     probability: partition.probability(o),
                     adds,
                     deletes,
+                    moves_base: false,
                     cost: mean_cost(transitions, &partition.outcomes[o].rows),
                 }
             };
@@ -297,15 +322,25 @@ pub(crate) fn build_operators(
                 outcomes: (0..partition.outcomes.len()).map(outcome).collect(),
                 precondition: combination.symbols,
                 probability: combination.probability,
-                run_probability: if combination.probability < params.probability_high {
-                    combination.probability
-                } else {
-                    1.0
-                },
+                run_probability: params.as_told(combination.probability),
+                place: None,
             });
         }
     }
     operators
+}
+
+/// Each combination with each of the symbols besides.
+fn with_each_symbol_of(symbols: &[usize], combinations: &[Combination]) -> Vec<Combination> {
+    let with = |(combination, symbol): (&Combination, &usize)| {
+        let mut combination = combination.clone();
+        combination.symbols.push(*symbol);
+        combination
+    };
+    (combinations.iter())
+        .flat_map(|c| symbols.iter().map(move |s| (c, s)))
+        .map(with)
+        .collect()
 }
 
 /// The mean of what was paid, if every transition has a reward.
@@ -316,7 +351,7 @@ fn mean_cost(transitions: &Transitions, rows: &[usize]) -> Option<f64> {
 }
 
 /// The name with what PDDL cannot write replaced.
-fn pddl_name(name: &str) -> String {
+pub(crate) fn pddl_name(name: &str) -> String {
     let allowed = |c: char| {
         if c.is_ascii_alphanumeric() || c == '-' || c == '_' {
             c

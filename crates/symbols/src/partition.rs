@@ -97,6 +97,8 @@ pub struct LeftOut {
 pub enum LeftOutReason {
     /// The option changed nothing.
     NoChange,
+    /// The option moved the base and nothing else: that is for the path planner.
+    OnlyMoved,
     /// The same variables changed too seldom to say to what.
     TooFew,
     /// Their effects were like no other.
@@ -108,6 +110,16 @@ pub fn partition(
     transitions: &Transitions,
     params: &PartitionParams,
 ) -> (Vec<Partition>, Vec<LeftOut>) {
+    partition_unless(transitions, params, &mut |_, _| false)
+}
+
+/// As [`partition`], but the effects of an option stay as step 1 has them where `are_apart` says that something
+/// other than the variables of these states tells them apart.
+pub(crate) fn partition_unless(
+    transitions: &Transitions,
+    params: &PartitionParams,
+    are_apart: &mut dyn FnMut(usize, &[OutcomeSamples]) -> bool,
+) -> (Vec<Partition>, Vec<LeftOut>) {
     let mut groups: BTreeMap<(usize, &[usize]), Vec<usize>> = BTreeMap::new();
     for i in 0..transitions.len() {
         let key = (transitions.option(i), transitions.mask(i));
@@ -115,13 +127,22 @@ pub fn partition(
     }
     let (mut partitions, mut left_out) = (Vec::new(), Vec::new());
     for option in 0..transitions.options().len() {
-        let mut clusters = Vec::new();
+        let mut effects = Vec::new();
         for ((_, mask), rows) in groups.range((option, &[][..])..(option + 1, &[][..])) {
             let (found, without) = cluster_effects(transitions, option, mask, rows, params);
-            for cluster in found {
-                split_shared_starts(transitions, &mut clusters, cluster, params);
-            }
+            effects.extend(found);
             left_out.extend(without);
+        }
+        if effects.len() > 1 && are_apart(option, &effects) {
+            partitions.extend(effects.into_iter().map(|effect| Partition {
+                option,
+                outcomes: vec![effect],
+            }));
+            continue;
+        }
+        let mut clusters = Vec::new();
+        for effect in effects {
+            split_shared_starts(transitions, &mut clusters, effect, params);
         }
         partitions.extend(merge_overlapping(transitions, option, clusters, params));
     }

@@ -76,20 +76,23 @@ impl Precondition {
     }
 }
 
-/// Learns when a partition can run; `others` are the other partitions of its option.
-pub fn learn_precondition(
+/// The transitions whose start states partition `index` was seen to run from, and those it was seen not to run from:
+/// where its option could not run, or went another way.
+pub fn samples_of(
     transitions: &Transitions,
-    partition: &Partition,
-    others: &[&Partition],
-    params: &PreconditionParams,
-    rng: &mut dyn Rng,
-) -> Precondition {
-    let positive: Vec<usize> = partition.rows().collect();
+    partitions: &[Partition],
+    index: usize,
+) -> (Vec<usize>, Vec<usize>) {
+    let option = partitions[index].option;
     let mut negative: Vec<usize> = (0..transitions.len())
-        .filter(|&i| !transitions.is_executable(i, partition.option))
+        .filter(|&i| !transitions.is_executable(i, option))
         .collect();
-    negative.extend(others.iter().flat_map(|other| other.rows()));
-    learn_classifier(transitions.states(), positive, negative, params, rng)
+    for (other, partition) in partitions.iter().enumerate() {
+        if other != index && partition.option == option {
+            negative.extend(partition.rows());
+        }
+    }
+    (partitions[index].rows().collect(), negative)
 }
 
 /// Learns what tells the positive rows of a table of states from the negative ones.
@@ -123,7 +126,7 @@ pub fn learn_classifier(
 }
 
 /// Draws as many samples as there may be, with the shares of the classes kept; few positive ones all stay.
-fn thin(
+pub(crate) fn thin(
     positive: &mut Vec<usize>,
     negative: &mut Vec<usize>,
     params: &PreconditionParams,

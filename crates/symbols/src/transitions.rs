@@ -202,6 +202,28 @@ impl Transitions {
             .collect()
     }
 
+    /// The same transitions seen through some of the variables, given in ascending order: the others are
+    /// projected out of states and masks.
+    pub fn project(&self, variables: &[usize]) -> Self {
+        let project = |step: &Step| {
+            let place = |v: &usize| variables.binary_search(v).ok();
+            Step {
+                mask: step.mask.iter().filter_map(place).collect(),
+                ..step.clone()
+            }
+        };
+        Self {
+            variables: (variables.iter())
+                .map(|&v| self.variables[v].clone())
+                .collect(),
+            options: self.options.clone(),
+            states: self.states.project(variables),
+            next_states: self.next_states.project(variables),
+            steps: self.steps.iter().map(project).collect(),
+            executable: self.executable.clone(),
+        }
+    }
+
     /// The first `n` transitions, or all there are.
     pub fn first(&self, n: usize) -> Self {
         let n = n.min(self.len());

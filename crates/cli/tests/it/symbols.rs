@@ -176,6 +176,53 @@ fn operators_explain_themselves_and_take_names_of_people() {
     assert_refused(&explain("light"), &["`light`", "did you mean `light-up`?"]);
 }
 
+/// With the place of the corridor's robot told apart, switching needs a place and no symbol of it.
+#[test]
+fn where_to_be_is_learned_apart_from_the_rest() {
+    let dir = tempfile::tempdir().unwrap();
+    let said = learn(dir.path(), &corridor(40), &["--spatial", "place"]);
+    assert_eq!(said.code, Some(0), "{}", said.stderr);
+    let document = said.json();
+    assert_eq!(document["factors"], serde_json::json!([[1]]));
+    assert_eq!(document["places"], 1);
+    assert_eq!(document["independence"][0]["option"], "switch");
+    assert_eq!(
+        document["independence"][0]["verdict"], "untested",
+        "the lamp must be dark"
+    );
+    assert!(
+        said.stderr.contains("too little was seen to test"),
+        "{}",
+        said.stderr
+    );
+    let model = dir.path().join("model");
+    let said = factotum_in(&model, &["plan", "domain.pddl", "problem.pddl", "--json"]);
+    let first = said.json()["plan"][0]["action"]
+        .as_str()
+        .unwrap()
+        .to_owned();
+    assert!(first.starts_with("go-to-switch"), "{first}");
+    let said = factotum_in(
+        dir.path(),
+        &["symbols", "rename", "model", "at-switch=by-the-lamp"],
+    );
+    assert_eq!(said.code, Some(0), "{}", said.stderr);
+    assert!(read(dir.path(), "explanations.txt").contains("by-the-lamp: place = 0.9"));
+
+    let refused = |more| {
+        learn(
+            tempfile::tempdir().unwrap().path(),
+            &corridor(5),
+            &["--spatial", more],
+        )
+    };
+    assert_refused(
+        &refused("plaze"),
+        &["`plaze`", "available: `place`, `lamp`"],
+    );
+    assert_refused(&refused("place,lamp"), &["names every variable"]);
+}
+
 #[test]
 fn a_model_that_is_there_is_not_overwritten() {
     let dir = tempfile::tempdir().unwrap();

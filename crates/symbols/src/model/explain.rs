@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::record::{ModelRecord, NameError, OutcomeRecord, SymbolRecord, position};
+use super::record::{ModelRecord, NameError, OutcomeRecord, PlaceRecord, SymbolRecord, position};
 
 /// Why a learned operator is as it is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -27,6 +27,8 @@ pub struct Explanation {
     pub probability: f64,
     /// The symbols it needs.
     pub needs: Vec<SymbolRecord>,
+    /// Where the base must be, if space was learned apart.
+    pub place: Option<PlaceRecord>,
     /// What may come of it.
     pub outcomes: Vec<OutcomeExplanation>,
 }
@@ -86,6 +88,13 @@ impl ModelRecord {
             score: partition.score,
             probability: operator.probability,
             needs: symbols(&operator.needs)?,
+            place: match &operator.place {
+                Some(name) => {
+                    let place = self.places.iter().find(|p| p.name == *name);
+                    Some(place.cloned().ok_or_else(|| dangling("place", name))?)
+                }
+                None => None,
+            },
             outcomes: outcomes.collect::<Result<_, _>>()?,
         })
     }
@@ -135,6 +144,9 @@ impl fmt::Display for Explanation {
         for symbol in &self.needs {
             writeln!(f, "    {symbol}")?;
         }
+        if let Some(place) = &self.place {
+            writeln!(f, "    {place}")?;
+        }
         for outcome in &self.outcomes {
             writeln!(
                 f,
@@ -154,15 +166,32 @@ impl fmt::Display for Explanation {
 
 impl fmt::Display for SymbolRecord {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let values: Vec<_> = (self.variables.iter().zip(&self.means).zip(&self.deviations))
-            .map(|((name, mean), deviation)| format!("{name} = {mean:.3} ± {deviation:.3}"))
-            .collect();
+        let values = values(&self.variables, &self.means, &self.deviations);
+        write!(f, "{}: {values} ({} samples)", self.name, self.n_samples)
+    }
+}
+
+impl fmt::Display for PlaceRecord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            name,
+            reliability,
+            n_positive,
+            n_negative,
+            ..
+        } = self;
+        let values = values(&self.variables, &self.means, &self.deviations);
         write!(
             f,
-            "{}: {} ({} samples)",
-            self.name,
-            values.join(", "),
-            self.n_samples
+            "{name}: {values} (it could from {n_positive} places, not from {n_negative}; {:.1} % of those offered are right)",
+            100.0 * reliability
         )
     }
+}
+
+fn values(variables: &[String], means: &[f64], deviations: &[f64]) -> String {
+    let values: Vec<_> = (variables.iter().zip(means).zip(deviations))
+        .map(|((name, mean), deviation)| format!("{name} = {mean:.3} ± {deviation:.3}"))
+        .collect();
+    values.join(", ")
 }

@@ -1,17 +1,24 @@
 //! The model as PPDDL, by the planner's own types.
+//!
+//! Where space was learned apart, each navigation symbol is a predicate that operators need, and an operator brings it
+//! about: the path planner's, which can go there from anywhere as far as this model knows.
 
 use factotum_task_planning::operator::{
     AtomPattern, Condition, Cost, Domain, Effect, Operator, OperatorError, Outcome, Problem,
     Provenance,
 };
 
-use super::record::{ModelRecord, OperatorRecord};
+use super::record::{ModelRecord, OperatorRecord, PlaceRecord};
 
 /// Holds until an option could not run.
 const NOT_FAILED: &str = "notfailed";
 
 /// The goal where none was learned: no operator brings it about, so no planner can call an empty plan a success.
 const GOAL_UNKNOWN: &str = "goal-never-reached-in-the-recording";
+
+/// HEURISTIC: how likely the base arrives where it goes. No drive is certain, and planners send the base about for nothing
+/// if that costs nothing.
+const ARRIVES: f64 = 0.999;
 
 impl ModelRecord {
     /// The operators as a domain; an operator that may fail has an outcome that deletes `notfailed`.
@@ -26,8 +33,14 @@ impl ModelRecord {
         for symbol in &self.symbols {
             domain = domain.predicate(&symbol.name, []);
         }
+        for place in &self.places {
+            domain = domain.predicate(&place.name, []);
+        }
         for operator in &self.operators {
             domain = domain.operator(self.pddl_operator(operator)?);
+        }
+        for place in &self.places {
+            domain = domain.operator(self.navigation(place)?);
         }
         domain.build()
     }
@@ -55,6 +68,27 @@ impl ModelRecord {
         problem.build(domain)
     }
 
+    /// The base goes to where a navigation symbol holds; whether it still is where another holds is not known.
+    fn navigation(&self, place: &PlaceRecord) -> Result<Operator, OperatorError> {
+        let name = place.name.strip_prefix("at-").unwrap_or(&place.name);
+        let others = self.places.iter().filter(|p| p.name != place.name);
+        let arrives = std::iter::once(Effect::add(AtomPattern::new(&place.name, [])))
+            .chain(others.map(|other| Effect::delete(AtomPattern::new(&other.name, []))));
+        let outcome = |probability, effects| Outcome {
+            probability,
+            effects,
+            cost: Cost::default(),
+        };
+        Operator::builder(format!("go-to-{name}"))
+            .requires(Condition::atom(NOT_FAILED, []))
+            .outcome(outcome(ARRIVES, arrives.collect()))
+            .outcome(outcome(
+                1.0 - ARRIVES,
+                vec![Effect::delete(AtomPattern::new(NOT_FAILED, []))],
+            ))
+            .build()
+    }
+
     fn pddl_operator(&self, operator: &OperatorRecord) -> Result<Operator, OperatorError> {
         let mut builder =
             Operator::builder(&operator.name).requires(Condition::atom(NOT_FAILED, []));
@@ -64,7 +98,7 @@ impl ModelRecord {
                 n_transitions: partition.rows.iter().map(Vec::len).sum(),
             });
         }
-        for symbol in &operator.needs {
+        for symbol in operator.needs.iter().chain(&operator.place) {
             builder = builder.requires(Condition::atom(symbol, []));
         }
         let runs = operator.run_probability;
@@ -79,9 +113,11 @@ impl ModelRecord {
             let pattern = |symbol: &String| AtomPattern::new(symbol, []);
             let adds = outcome.adds.iter().map(|s| Effect::add(pattern(s)));
             let deletes = outcome.deletes.iter().map(|s| Effect::delete(pattern(s)));
+            let moved = self.places.iter().filter(|_| outcome.moves_base);
+            let left = moved.map(|place| Effect::delete(pattern(&place.name)));
             builder = builder.outcome(Outcome {
                 probability: runs * outcome.probability,
-                effects: adds.chain(deletes).collect(),
+                effects: adds.chain(deletes).chain(left).collect(),
                 cost: Cost::Constant(hundredths(outcome.cost.unwrap_or(0.0))),
             });
         }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::SymbolicModel;
 use crate::partition::{LeftOut, LeftOutReason};
+use crate::spatial::{Independence, Place, Verdict};
 
 /// A learned model by names.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,9 +32,61 @@ pub struct ModelRecord {
     /// The parts of the options that operators run.
     #[serde(default)]
     pub partitions: Vec<PartitionRecord>,
+    /// The navigation symbols; none if space is a variable like any other.
+    #[serde(default)]
+    pub places: Vec<PlaceRecord>,
+    /// Whether where an option can run depends on the rest, as tested.
+    #[serde(default)]
+    pub independence: Vec<IndependenceRecord>,
     /// The transitions that were of no use, and why.
     #[serde(default)]
     pub left_out: Vec<LeftOutRecord>,
+}
+
+/// A navigation symbol: the base is where an option can run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlaceRecord {
+    /// Its name.
+    pub name: String,
+    /// The option.
+    pub option: String,
+    /// The variables of the base's pose.
+    pub variables: Vec<String>,
+    /// The mean of each over the places from which the option could run.
+    pub means: Vec<f64>,
+    /// The standard deviation of each.
+    pub deviations: Vec<f64>,
+    /// From how many states the option could run.
+    pub n_positive: usize,
+    /// From how many it could not, though the rest was right.
+    pub n_negative: usize,
+    /// Balanced accuracy on held-out states, if there were enough.
+    pub score: Option<f64>,
+    /// How likely the option can run from a place that this symbol offers.
+    pub reliability: f64,
+    /// The symbols that it is for; none if it is for whatever the rest is like.
+    pub context: Vec<String>,
+}
+
+/// The test of spatial independence of an option, or of a part of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct IndependenceRecord {
+    /// The option.
+    pub option: String,
+    /// Its navigation symbol, or what the names of several begin with.
+    pub place: String,
+    /// States in which it could run.
+    pub n_positive: usize,
+    /// States in which it could not, though the rest was right.
+    pub n_negative: usize,
+    /// Log-likelihood gained by seeing the rest besides the place, nats a held-out state.
+    pub gain_nats: Option<f64>,
+    /// Its standard error.
+    pub gain_error_nats: Option<f64>,
+    /// What follows.
+    pub verdict: Verdict,
 }
 
 /// The goal by symbols.
@@ -96,6 +149,8 @@ pub struct OperatorRecord {
     pub probability: f64,
     /// The same as planners are told: 1 where failure is not worth a word.
     pub run_probability: f64,
+    /// The navigation symbol it needs.
+    pub place: Option<String>,
     /// What may come of it.
     pub outcomes: Vec<OutcomeRecord>,
 }
@@ -110,6 +165,9 @@ pub struct OutcomeRecord {
     pub adds: Vec<String>,
     /// The symbols that hold no more.
     pub deletes: Vec<String>,
+    /// Whether the base may be elsewhere after it.
+    #[serde(default)]
+    pub moves_base: bool,
     /// What it cost on average, if rewards were recorded.
     pub cost: Option<f64>,
 }
@@ -186,15 +244,44 @@ impl SymbolicModel {
             needs: symbols(&operator.precondition),
             probability: operator.probability,
             run_probability: operator.run_probability,
+            place: (operator.place.zip(self.space.as_ref()))
+                .map(|(place, space)| space.places[place].name.clone()),
             outcomes: (operator.outcomes.iter())
                 .map(|outcome| OutcomeRecord {
                     probability: outcome.probability,
                     adds: symbols(&outcome.adds),
                     deletes: symbols(&outcome.deletes),
+                    moves_base: outcome.moves_base,
                     cost: outcome.cost,
                 })
                 .collect(),
         };
+        let place = |place: &Place| PlaceRecord {
+            name: place.name.clone(),
+            option: self.options[place.option].clone(),
+            variables: self.spatial_variables.clone(),
+            means: place.spread.iter().map(|(mean, _)| *mean).collect(),
+            deviations: place
+                .spread
+                .iter()
+                .map(|(_, deviation)| *deviation)
+                .collect(),
+            n_positive: place.condition.n_positive,
+            n_negative: place.condition.n_negative,
+            score: place.condition.score,
+            reliability: place.reliability,
+            context: symbols(&place.context),
+        };
+        let independence = |tested: &Independence| IndependenceRecord {
+            option: self.options[tested.option].clone(),
+            place: tested.place.clone(),
+            n_positive: tested.n_positive,
+            n_negative: tested.n_negative,
+            gain_nats: tested.gain.map(|g| g.mean_nats),
+            gain_error_nats: tested.gain.map(|g| g.error_nats),
+            verdict: tested.verdict,
+        };
+        let space = self.space.iter();
         let partitions = self.partitions.iter().zip(&self.preconditions);
         ModelRecord {
             variables: self.variables.clone(),
@@ -219,6 +306,11 @@ impl SymbolicModel {
                     score: precondition.score,
                     rows: partition.outcomes.iter().map(|o| o.rows.clone()).collect(),
                 })
+                .collect(),
+            places: space.clone().flat_map(|s| &s.places).map(place).collect(),
+            independence: space
+                .flat_map(|s| &s.independence)
+                .map(independence)
                 .collect(),
             left_out: self
                 .left_out
@@ -251,8 +343,9 @@ impl ModelRecord {
     pub fn rename(&mut self, from: &str, to: &str) -> Result<(), NameError> {
         let names = (self.symbols.iter().map(|s| &s.name))
             .chain(self.operators.iter().map(|o| &o.name))
+            .chain(self.places.iter().map(|p| &p.name))
             .map(String::as_str);
-        position("symbol or operator", from, names)?;
+        position("symbol, place or operator", from, names)?;
         let mut renamed = self.clone();
         for name in renamed.names_mut().filter(|name| *name == from) {
             to.clone_into(name);
@@ -277,13 +370,19 @@ impl ModelRecord {
                 (o.outcomes.iter_mut()).flat_map(|o| o.adds.iter_mut().chain(&mut o.deletes));
             std::iter::once(&mut o.name)
                 .chain(&mut o.needs)
+                .chain(&mut o.place)
                 .chain(outcomes)
         });
+        let places = (self.places.iter_mut())
+            .flat_map(|p| std::iter::once(&mut p.name).chain(&mut p.context));
+        let tested = self.independence.iter_mut().map(|i| &mut i.place);
         self.start
             .iter_mut()
             .chain(goal)
             .chain(symbols)
             .chain(operators)
+            .chain(places)
+            .chain(tested)
     }
 }
 
