@@ -16,7 +16,10 @@
 //!
 //! Where we differ: the force is learned in the demonstration's own size and multiplied at run time
 //! ([`ShapeScaling`]), so that a dimension that ends where it began needs no division by `g - y0`; the phase is taken
-//! from its closed form instead of being integrated.
+//! from its closed form instead of being integrated, and so is the motion of a spring of positions, in which only the
+//! learned force is integrated numerically.
+//!
+//! Weights, goal and speed of a run are one list of numbers for a search: [`PositionDmp::parameters`].
 //!
 //! | symbol | name | unit |
 //! |---|---|---|
