@@ -176,6 +176,9 @@ fn learn(args: &LearnArgs, console: &Console) -> anyhow::Result<()> {
     document["start"] = json!(record.start);
     document["goal"] = json!(record.goal);
     document["left_out"] = json!(record.left_out);
+    document["not_subgoal"] = (record.partitions.iter().map(|p| p.not_subgoal.len()))
+        .sum::<usize>()
+        .into();
     if let Some(space) = model.space() {
         document["places"] = json!(space.places.len());
         document["independence"] = json!(record.independence);
@@ -292,6 +295,12 @@ fn notes(record: &ModelRecord) -> Vec<String> {
         .collect();
     if !unused.is_empty() {
         notes.push(format!("no operator runs {}", unused.join(", ")));
+    }
+    let n_not_subgoal: usize = record.partitions.iter().map(|p| p.not_subgoal.len()).sum();
+    if n_not_subgoal > 0 {
+        notes.push(format!(
+            "{n_not_subgoal} outcomes end where their start says, within what their symbols allow: they are no subgoals"
+        ));
     }
     for tested in &record.independence {
         let IndependenceRecord { option, place, .. } = tested;

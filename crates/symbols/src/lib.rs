@@ -28,6 +28,7 @@ pub mod partition;
 pub mod precondition;
 mod samples;
 pub mod spatial;
+pub mod subgoal;
 pub mod support_vector;
 pub mod transitions;
 pub mod vocabulary;

@@ -40,6 +40,7 @@ use crate::operators::{
 use crate::partition::{LeftOut, Partition, PartitionParams, partition};
 use crate::precondition::{Precondition, PreconditionParams, learn_classifier, samples_of};
 use crate::spatial::{SpatialData, SpatialModel, SpatialParams};
+use crate::subgoal::{SubgoalCheck, SubgoalParams, check_subgoal};
 use crate::transitions::Transitions;
 use crate::vocabulary::{EqualityParams, Vocabulary, VocabularyBuilder};
 
@@ -56,6 +57,8 @@ pub struct LearnParams {
     pub equality: EqualityParams,
     /// When symbols make a precondition.
     pub operator: OperatorParams,
+    /// How it is checked that ends do not depend on starts.
+    pub subgoal: SubgoalParams,
     /// Learn where the base must be apart from the rest, as in 5.3; without it, its pose is a variable like any other.
     pub spatial: Option<SpatialParams>,
 }
@@ -129,6 +132,7 @@ pub struct SymbolicModel {
     start: Vec<usize>,
     goal: Option<LearnedGoal>,
     space: Option<SpatialModel>,
+    subgoals: Vec<Vec<Option<SubgoalCheck>>>,
 }
 
 impl SymbolicModel {
@@ -190,6 +194,13 @@ impl SymbolicModel {
         });
         on_stage(Stage::Operators);
         let goal = learn_goal(transitions, &factors, &vocabulary, &draws, params, rng);
+        let check = |partition: &Partition| {
+            let outcomes = partition.outcomes.iter();
+            outcomes
+                .map(|outcome| check_subgoal(transitions, outcome, &params.subgoal, rng))
+                .collect()
+        };
+        let subgoals = partitions.iter().map(check).collect();
         on_stage(Stage::Goal);
         Self {
             variables: transitions.variables().to_vec(),
@@ -208,6 +219,7 @@ impl SymbolicModel {
             start,
             goal,
             space,
+            subgoals,
         }
     }
 
@@ -261,6 +273,11 @@ impl SymbolicModel {
     /// What was learned about space, if that was to be learned apart.
     pub fn space(&self) -> Option<&SpatialModel> {
         self.space.as_ref()
+    }
+
+    /// For each partition and outcome, whether its end depends on its start; `None` where too little was seen.
+    pub fn subgoals(&self) -> &[Vec<Option<SubgoalCheck>>] {
+        &self.subgoals
     }
 
     /// The goal; `None` if it was never reached or no symbols stand for it.

@@ -40,6 +40,8 @@ pub struct OutcomeExplanation {
     pub probability: f64,
     /// In how many transitions it was seen.
     pub n_transitions: usize,
+    /// Whether its end depends on its start.
+    pub depends_on_start: bool,
     /// The symbols that hold after it.
     pub adds: Vec<SymbolRecord>,
     /// The names of the symbols that hold no more.
@@ -69,15 +71,17 @@ impl ModelRecord {
             };
             names.iter().map(symbol).collect()
         };
-        let outcome = |(outcome, rows): (&OutcomeRecord, &Vec<usize>)| {
+        let outcome = |(o, (outcome, rows)): (usize, (&OutcomeRecord, &Vec<usize>))| {
             Ok(OutcomeExplanation {
                 probability: outcome.probability,
                 n_transitions: rows.len(),
+                depends_on_start: partition.not_subgoal.contains(&o),
                 adds: symbols(&outcome.adds)?,
                 deletes: outcome.deletes.clone(),
             })
         };
-        let outcomes = operator.outcomes.iter().zip(&partition.rows).map(outcome);
+        let outcomes = operator.outcomes.iter().zip(&partition.rows);
+        let outcomes = outcomes.enumerate().map(outcome);
         Ok(Explanation {
             operator: operator.name.clone(),
             option: partition.option.clone(),
@@ -155,6 +159,9 @@ impl fmt::Display for Explanation {
             )?;
             for symbol in &outcome.adds {
                 writeln!(f, "    {symbol}")?;
+            }
+            if outcome.depends_on_start {
+                writeln!(f, "    more precisely, where depends on the start")?;
             }
             if !outcome.deletes.is_empty() {
                 writeln!(f, "    no more: {}", outcome.deletes.join(", "))?;

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::SymbolicModel;
 use crate::partition::{LeftOut, LeftOutReason};
 use crate::spatial::{Independence, Place, Verdict};
+use crate::subgoal::SubgoalCheck;
 
 /// A learned model by names.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -131,6 +132,8 @@ pub struct PartitionRecord {
     pub n_negative: usize,
     /// Balanced accuracy of the precondition on held-out states, if there were enough.
     pub score: Option<f64>,
+    /// The outcomes, from 0, whose end depends on the start: their density is wider than what comes of one start.
+    pub not_subgoal: Vec<usize>,
     /// For each outcome the transitions it was seen in, as rows of the recording from 0.
     pub rows: Vec<Vec<usize>>,
 }
@@ -283,6 +286,10 @@ impl SymbolicModel {
         };
         let space = self.space.iter();
         let partitions = self.partitions.iter().zip(&self.preconditions);
+        let not_subgoal = |checks: &[Option<SubgoalCheck>]| -> Vec<usize> {
+            let holds = |o: &usize| checks[*o].is_none_or(|check| check.holds);
+            (0..checks.len()).filter(|o| !holds(o)).collect()
+        };
         ModelRecord {
             variables: self.variables.clone(),
             options: self.options.clone(),
@@ -298,12 +305,14 @@ impl SymbolicModel {
             symbols: self.vocabulary.symbols().iter().map(symbol).collect(),
             operators: self.operators.iter().map(operator).collect(),
             partitions: partitions
-                .map(|(partition, precondition)| PartitionRecord {
+                .zip(&self.subgoals)
+                .map(|((partition, precondition), subgoals)| PartitionRecord {
                     option: self.options[partition.option].clone(),
                     looks_at: variables(&precondition.variables),
                     n_positive: precondition.n_positive,
                     n_negative: precondition.n_negative,
                     score: precondition.score,
+                    not_subgoal: not_subgoal(subgoals),
                     rows: partition.outcomes.iter().map(|o| o.rows.clone()).collect(),
                 })
                 .collect(),
