@@ -39,6 +39,9 @@ pub(crate) struct TrainArgs {
     /// Which parts of the structure are there (thesis 3.3), or `hard-guard` and `fast`, which are ours.
     #[arg(long, value_enum, default_value_t = AblationName::Cip)]
     ablation: AblationName,
+    /// Where the dissertation's text and its code differ, or the text says nothing: as in the code.
+    #[arg(long, conflicts_with = "resume")]
+    as_in_the_code: bool,
     /// Training episodes.
     #[arg(long, value_name = "N", default_value_t = 100)]
     episodes: u64,
@@ -64,8 +67,8 @@ pub(crate) struct EvalArgs {
     /// Seed of the rollouts.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Which policy: that of the last episode, or that of the best evaluation while training.
-    #[arg(long, value_enum, default_value_t = PolicyName::Last)]
+    /// Which policy: that of the best evaluation while training, or that of the last.
+    #[arg(long, value_enum, default_value_t = PolicyName::Best)]
     policy: PolicyName,
 }
 
@@ -135,7 +138,10 @@ fn train_command(args: &TrainArgs, console: &Console) -> anyhow::Result<Answer> 
                 .out
                 .clone()
                 .unwrap_or_else(|| default_folder(task, ablation, args.seed));
-            let record = SkillRecord::new(assets::task_name(task)?, ablation, args.seed);
+            let mut record = SkillRecord::new(assets::task_name(task)?, ablation, args.seed);
+            if args.as_in_the_code {
+                record.setting = record.setting.as_in_the_code();
+            }
             (SkillFolder::at(&dir), record)
         }
         (None, None) => {

@@ -12,6 +12,7 @@ mod planning;
 mod remote;
 mod resume;
 mod runs;
+mod skill;
 mod small_home;
 mod symbols;
 

@@ -1,0 +1,172 @@
+//! `factotum skill`: learning a contact skill, going on with it, judging it.
+
+use std::path::Path;
+
+use crate::{assert_refused, factotum_in, repository};
+
+/// The lines of the metrics as JSON.
+fn metrics(dir: &Path) -> Vec<serde_json::Value> {
+    let text = std::fs::read_to_string(dir.join("skill/metrics.jsonl")).unwrap();
+    text.lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect()
+}
+
+/// Trains the lever in `dir`, without shaking every grasp.
+fn train(dir: &Path, more: &[&str]) -> crate::Said {
+    let arguments = ["--json", "skill", "train"];
+    factotum_in(dir, &[&arguments, more].concat())
+}
+
+#[test]
+fn a_skill_is_learned_gone_on_with_and_judged() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    let said = train(
+        dir,
+        &[
+            "lever",
+            "--ablation",
+            "fast",
+            "--episodes",
+            "3",
+            "--seed",
+            "7",
+            "--out",
+            "skill",
+        ],
+    );
+    assert_eq!(said.code, Some(0), "{}", said.stderr);
+    let document = said.json();
+    assert_eq!(document["episodes"], 3);
+    assert_eq!(document["complete"], true);
+    assert_eq!(document["training_violations"], 0);
+    assert!(document["split_secs"]["physics"].as_f64().unwrap() > 0.0);
+    let lines = metrics(dir);
+    assert_eq!(lines.len(), 4, "three episodes and an evaluation");
+    for key in [
+        "episode",
+        "env_steps",
+        "success",
+        "violation",
+        "steps",
+        "peak_force_n",
+        "grasp",
+    ] {
+        assert!(lines[0].get(key).is_some(), "{key} in {}", lines[0]);
+    }
+    for key in [
+        "episode",
+        "success_rate",
+        "violation_rate",
+        "peak_force_n",
+        "time_to_success_secs",
+    ] {
+        assert!(lines[3].get(key).is_some(), "{key} in {}", lines[3]);
+    }
+
+    // The folder is taken, and can be gone on with; half a line, as of a crash, does no harm.
+    let again = train(dir, &["door", "--out", "skill"]);
+    assert_refused(
+        &again,
+        &["`skill`", "`lever`", "fast", "seed 7", "--resume"],
+    );
+    let file = dir.join("skill/metrics.jsonl");
+    let whole = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, format!("{whole}{{\"episode\":4,\"suc")).unwrap();
+    let resumed = train(dir, &["--resume", "skill", "--episodes", "5"]);
+    assert_eq!(resumed.code, Some(0), "{}", resumed.stderr);
+    let lines = metrics(dir);
+    let episodes: Vec<u64> = lines
+        .iter()
+        .map(|line| line["episode"].as_u64().unwrap())
+        .collect();
+    assert_eq!(episodes, [1, 2, 3, 3, 4, 5, 5]);
+
+    for policy in ["best", "last"] {
+        let judged = factotum_in(
+            dir,
+            &[
+                "--json",
+                "skill",
+                "eval",
+                "skill",
+                "--rollouts",
+                "3",
+                "--seed",
+                "1",
+                "--policy",
+                policy,
+            ],
+        );
+        assert_eq!(judged.code, Some(0), "{}", judged.stderr);
+        let document = judged.json();
+        assert_eq!(document["success_rate"], 1.0, "{document}");
+        assert_eq!(document["violation_rate"], 0.0);
+        assert!(document["peak_force_n"].as_f64().unwrap() > 0.0);
+        assert!(document["time_to_success_secs"].as_f64().unwrap() > 0.0);
+    }
+
+    // A policy of one task is none of another.
+    let record = dir.join("skill/skill.toml");
+    let text = std::fs::read_to_string(&record).unwrap();
+    std::fs::write(&record, text.replace("\"lever\"", "\"door\"")).unwrap();
+    let other = factotum_in(dir, &["skill", "eval", "skill"]);
+    assert_refused(&other, &["policy.safetensors", "`lever`", "`door`"]);
+}
+
+#[test]
+fn what_cannot_be_trained_is_said_by_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    assert_refused(&train(dir, &["gate"]), &["`gate`", "door, drawer"]);
+    assert_refused(&train(dir, &[]), &["no task"]);
+    assert_refused(
+        &train(dir, &["door", "--episodes", "0"]),
+        &["--episodes is 0"],
+    );
+    assert_refused(
+        &train(dir, &["--resume", "nothing"]),
+        &["nothing/skill.toml"],
+    );
+    let shipped = repository().join("assets/tasks/door.toml");
+    let text = std::fs::read_to_string(&shipped).unwrap();
+    let models = shipped.parent().unwrap();
+    let text = text
+        .replace(
+            "models/door.xml",
+            &models.join("models/door.xml").display().to_string(),
+        )
+        .replace(
+            "../robots/panda",
+            &models.join("../robots/panda").display().to_string(),
+        );
+    let refused = |from: &str, to: &str, words: &[&str]| {
+        std::fs::write(dir.join("mine.toml"), text.replace(from, to)).unwrap();
+        assert_refused(&train(dir, &["mine.toml", "--out", "mine"]), words);
+    };
+    refused(
+        "joint = \"hinge\"",
+        "joint = \"hing\"",
+        &["mine.toml", "`hing`", "`hinge`"],
+    );
+    refused(
+        "goal = 0.3",
+        "goal = 3.0",
+        &["mine.toml", "`goal`", "3", "range"],
+    );
+    refused(
+        "goal = 0.3",
+        "gaol = 0.3",
+        &["mine.toml", "`gaol`", "`goal`"],
+    );
+    refused(
+        "\"handle\"",
+        "\"knob\"",
+        &["mine.toml", "`knob`", "`handle`"],
+    );
+    assert!(
+        !dir.join("mine").exists(),
+        "nothing is left of a run that never began"
+    );
+}
