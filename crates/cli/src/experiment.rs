@@ -1,145 +1,79 @@
 //! `factotum experiment`: how often something succeeds, over many seeds.
 
-use std::path::PathBuf;
+mod chores;
+mod cip_ablation;
+
 use std::sync::Arc;
 
-use clap::{Args, Subcommand, ValueEnum};
-use factotum_experiments::sweep::{
-    Progress, RESULTS_NAME, RunResult, StopWish, Sweep, SweepError, summarize,
-};
+use clap::Subcommand;
+use factotum_experiments::sweep::StopWish;
 use serde_json::json;
 
-use crate::console::{Answer, Console, tell, usage};
-use crate::run::FaultName;
+use crate::console::{Answer, Console, tell};
 
 /// Arguments of `factotum experiment`.
 #[derive(Debug, Subcommand)]
 pub(crate) enum ExperimentCommand {
     /// Name the experiments there are.
     List,
-    /// Run an experiment; seeds that have a result under `--out` are not run again.
-    Run(ExperimentArgs),
+    /// Run an experiment; what has a result under `--out` is not run again.
+    #[command(subcommand)]
+    Run(ExperimentRun),
+    /// Draw the figures and tables of an experiment from its results.
+    #[command(subcommand)]
+    Report(ExperimentReport),
 }
 
-/// Arguments of `factotum experiment run`.
-#[derive(Debug, Args)]
-pub(crate) struct ExperimentArgs {
-    /// Experiment.
-    #[arg(value_enum)]
-    name: ExperimentName,
-    /// Runs seeds 0 to N - 1.
-    #[arg(long, value_name = "N", default_value_t = 20)]
-    seeds: u64,
-    /// Chore; every chore of the scene if absent.
-    #[arg(long)]
-    goal: Option<String>,
-    /// Something that goes wrong.
-    #[arg(long, value_enum)]
-    fault: Option<FaultName>,
-    /// Robot: a folder with `robot.toml`, or the name of a shipped one.
-    #[arg(long)]
-    robot: Option<PathBuf>,
-    /// Home: a folder with `scene.toml`, or the name of a shipped one.
-    #[arg(long)]
-    scene: Option<PathBuf>,
-    /// Runs at a time.
-    #[arg(long, default_value_t = 1)]
-    workers: usize,
-    /// Folder of the results. Default: `runs/<experiment>-<goal>-<fault>`.
-    #[arg(long)]
-    out: Option<PathBuf>,
-}
-
-/// The experiments there are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ExperimentName {
+/// The experiments that can be run.
+#[derive(Debug, Subcommand)]
+pub(crate) enum ExperimentRun {
     /// `factotum run --headless` a seed at a time: how often physics says that the chores are achieved.
-    Chores,
+    Chores(chores::ChoresArgs),
+    /// `factotum skill train` and `eval` for each task, setting and seed: what each part of a contact skill is worth.
+    CipAblation(cip_ablation::RunArgs),
+}
+
+/// The experiments that have a report.
+#[derive(Debug, Subcommand)]
+pub(crate) enum ExperimentReport {
+    /// Success and joint-limit violation over training episodes, and a table with intervals.
+    CipAblation(cip_ablation::ReportArgs),
 }
 
 /// Runs `factotum experiment`.
 pub(crate) fn experiment(command: &ExperimentCommand, console: &Console) -> anyhow::Result<Answer> {
     match command {
-        ExperimentCommand::List => {
-            let what = "how often the chores are achieved, over seeds; --goal and --fault choose";
-            console.answer(&json!([{"name": "chores", "what": what}]), || {
-                format!("chores  {what}")
-            })?;
-            Ok(Answer::Yes)
+        ExperimentCommand::List => list(console),
+        ExperimentCommand::Run(ExperimentRun::Chores(args)) => chores::chores(args, console),
+        ExperimentCommand::Run(ExperimentRun::CipAblation(args)) => {
+            cip_ablation::run(args, console)
         }
-        ExperimentCommand::Run(args) => chores(args, console),
+        ExperimentCommand::Report(ExperimentReport::CipAblation(args)) => {
+            cip_ablation::report(args, console)
+        }
     }
 }
 
-fn chores(args: &ExperimentArgs, console: &Console) -> anyhow::Result<Answer> {
-    if args.seeds == 0 {
-        return Err(usage("--seeds is 0, expected at least 1"));
-    }
-    let stop = stop_on_interrupt()?;
-    let fault = args.fault.and_then(|fault| fault.to_possible_value());
-    let fault = fault.as_ref().map(|fault| fault.get_name().to_owned());
-    let folder = args.out.clone().unwrap_or_else(|| {
-        let words = [Some("chores"), args.goal.as_deref(), fault.as_deref()];
-        PathBuf::from("runs").join(words.into_iter().flatten().collect::<Vec<_>>().join("-"))
-    });
-    let sweep = Sweep {
-        program: std::env::current_exe()?,
-        arguments: run_arguments(args, fault),
-        seeds: (0..args.seeds).collect(),
-        n_workers: args.workers,
-        folder: folder.clone(),
-    };
-    let tell = |result: &RunResult, progress: Progress| {
-        let word = match (result.is_success(), result.is_answered()) {
-            (true, _) => "achieved",
-            (false, true) => "not achieved",
-            (false, false) => "no answer",
-        };
-        console.say(format_args!(
-            "seed {:>3}: {word} in {:.1} s; {} of {}, {} achieved",
-            result.seed, result.wall_secs, progress.n_done, progress.n_seeds, progress.n_successes
-        ));
-    };
-    let results = sweep.run(&stop, tell).map_err(|error| match error {
-        SweepError::OtherCommand { .. } | SweepError::NoCommand { .. } => usage(error),
-        error => error.into(),
-    })?;
-    let is_complete = results.len() as u64 == args.seeds;
-    let Some(summary) = summarize(&results) else {
-        console.answer(&json!({"complete": false, "n_runs": 0}), || {
-            "no runs".to_owned()
-        })?;
-        return Ok(Answer::No);
-    };
-    console.answer(&json!({"complete": is_complete, "summary": summary}), || {
-        let interval = &summary.success;
-        let mut lines = vec![format!(
-            "{} of {} achieved; 95 % interval {:.0} to {:.0} % (Wilson); median {:.1} s, longest {:.1} s a run",
-            summary.n_successes,
-            summary.n_runs,
-            100.0 * interval.lower,
-            100.0 * interval.upper,
-            summary.wall_secs_median,
-            summary.wall_secs_max
-        )];
-        if !summary.seeds_failed.is_empty() {
-            lines.push(format!("not achieved: seeds {:?}", summary.seeds_failed));
-        }
-        if !summary.seeds_unanswered.is_empty() {
-            lines.push(format!("no answer: seeds {:?}", summary.seeds_unanswered));
-        }
-        if !is_complete {
-            lines.push(format!(
-                "stopped with {} of {} seeds run; the same command goes on",
-                summary.n_runs, args.seeds
-            ));
-        }
-        lines.push(format!("results: `{}`", folder.join(RESULTS_NAME).display()));
+fn list(console: &Console) -> anyhow::Result<Answer> {
+    const EXPERIMENTS: [(&str, &str); 2] = [
+        (
+            "chores",
+            "how often the chores are achieved, over seeds; --goal and --fault choose",
+        ),
+        (
+            "cip-ablation",
+            "how contact skills are learned with and without each of their parts; has a report",
+        ),
+    ];
+    let document: Vec<_> = EXPERIMENTS
+        .iter()
+        .map(|(name, what)| json!({"name": name, "what": what}))
+        .collect();
+    console.answer(&document, || {
+        let lines = EXPERIMENTS.map(|(name, what)| format!("{name:<14}{what}"));
         lines.join("\n")
     })?;
-    Ok(Answer::from(
-        is_complete && summary.n_successes == summary.n_runs,
-    ))
+    Ok(Answer::Yes)
 }
 
 /// The first Ctrl-C lets the runs under way end; the second ends them too.
@@ -155,21 +89,25 @@ fn stop_on_interrupt() -> anyhow::Result<Arc<StopWish>> {
     Ok(stop)
 }
 
-/// The run of one seed, but for `--seed`. It keeps no run folder: its document is in the results.
-fn run_arguments(args: &ExperimentArgs, fault: Option<String>) -> Vec<String> {
-    let path = |path: &PathBuf| path.display().to_string();
-    let options = [
-        ("--goal", args.goal.clone()),
-        ("--fault", fault),
-        ("--robot", args.robot.as_ref().map(path)),
-        ("--scene", args.scene.as_ref().map(path)),
-    ];
-    let given = options
-        .into_iter()
-        .filter_map(|(name, value)| Some([name.to_owned(), value?]));
-    ["run", "--headless", "--json", "--no-folder"]
-        .map(str::to_owned)
-        .into_iter()
-        .chain(given.flatten())
-        .collect()
+/// `2 h 05 min`, `3 min`, `40 s`.
+fn duration_words(secs: f64) -> String {
+    let minutes = (secs / 60.0).round() as u64;
+    match minutes {
+        0 | 1 => format!("{secs:.0} s"),
+        2..60 => format!("{minutes} min"),
+        _ => format!("{} h {:02} min", minutes / 60, minutes % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::duration_words;
+
+    #[test]
+    fn durations_are_as_long_as_people_ask_for() {
+        assert_eq!(duration_words(40.2), "40 s");
+        assert_eq!(duration_words(89.0), "89 s");
+        assert_eq!(duration_words(181.0), "3 min");
+        assert_eq!(duration_words(7_500.0), "2 h 05 min");
+    }
 }

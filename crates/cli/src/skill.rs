@@ -83,7 +83,7 @@ enum PolicyName {
 
 /// The settings there are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum AblationName {
+pub(crate) enum AblationName {
     /// No structure at all.
     Unstructured,
     /// Begins in a grasp.

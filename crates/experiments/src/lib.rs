@@ -3,12 +3,15 @@
 //! A run leaves a [`run_folder::RunFolder`] with its manifest, a [`recording::Recording`] that opens in Foxglove, and a
 //! [`report::Report`] to read or print. All three take the plain data of `factotum-protocol`, the same messages that a
 //! page is shown, so that whoever drives a run feeds page, recording and report from one place. A
-//! [`sweep::Sweep`] runs a command over many seeds in child processes and says how often it succeeded.
+//! [`sweep::SeedSweep`] runs a command over many seeds in child processes and says how often it succeeded.
 //!
-//! Skills are trained into a [`skill_folder::SkillFolder`] by [`skill_training`].
+//! Skills are trained into a [`skill_folder::SkillFolder`] by [`skill_training`]. A [`grid::Grid`] trains one for each
+//! task, setting and seed, and draws what came of it as a [`figure::Figure`].
 //!
 //! Nothing here reads the clock: times come as [`utc::UtcTime`] or as seconds of the robot's clock.
 
+pub mod figure;
+pub mod grid;
 pub mod recording;
 pub mod report;
 pub mod run_folder;

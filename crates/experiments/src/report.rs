@@ -8,7 +8,8 @@ mod map_drawing;
 
 use factotum_protocol::{Aosm, Event, EventLevel, OccupancyMap, Plan, StepState};
 
-use html::{Markup, escape};
+pub(crate) use html::escape;
+use html::Markup;
 
 /// What a report tells. Whatever is empty is left out.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -129,6 +129,11 @@ impl SkillFolder {
         self.dir.join("checkpoint.safetensors")
     }
 
+    /// Whether a run was begun in it.
+    pub fn has_record(&self) -> bool {
+        self.record_file().exists()
+    }
+
     fn record_file(&self) -> PathBuf {
         self.dir.join("skill.toml")
     }
@@ -138,7 +143,7 @@ impl SkillFolder {
     /// # Errors
     /// [`SkillFolderError::Taken`] if it holds a run already.
     pub fn begin(&self, record: &SkillRecord) -> Result<(), SkillFolderError> {
-        if self.record_file().exists() {
+        if self.has_record() {
             let found = self.record()?;
             return Err(SkillFolderError::Taken {
                 folder: self.dir.clone(),

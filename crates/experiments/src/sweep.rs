@@ -1,29 +1,34 @@
-//! Runs of one command over many seeds, in child processes, and how often it succeeded.
+//! Runs in number, in child processes, whose results are kept as they come.
 //!
 //! Each run is one line of `results.jsonl`, synced to the disk when the run ends, so a sweep that was stopped or killed
-//! goes on where it was; `sweep.json` says of which command the results are. A run that crashed counts as a failure; no
-//! run that came to its own end is dropped. Results are sorted by seed, so that the number of workers cannot change what
-//! is reported.
+//! goes on where it was; `sweep.json` says of which command the results are. No run that came to its own end is dropped.
+//! Results are sorted by key, so that the number of workers cannot change what is reported.
+//!
+//! [`SeedSweep`] runs one command over seeds; [`crate::grid`] trains a skill for each cell of a table.
 
+mod child;
 mod folder;
-mod run;
+mod seeds;
 mod stop;
 mod wilson;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Display;
 use std::io;
 use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use thiserror::Error;
 
 use crate::storage::StorageError;
 
-pub use folder::RESULTS_NAME;
+pub use child::{ChildEnd, Launcher};
+pub use folder::{RESULTS_NAME, read_results};
+pub use seeds::{RunResult, SeedSweep, Summary, summarize};
 pub use stop::StopWish;
 pub use wilson::{Interval, wilson_interval};
 
@@ -35,7 +40,7 @@ pub enum SweepError {
     #[error(transparent)]
     Storage(#[from] StorageError),
     /// A line of earlier results is not one of ours.
-    #[error("`{}` line {line}: not the result of a run", file.display())]
+    #[error("`{}` line {line}: not the result of a run: {source}", file.display())]
     Result {
         /// The file.
         file: PathBuf,
@@ -85,11 +90,11 @@ pub enum SweepError {
         /// Why.
         source: io::Error,
     },
-    /// A run under way cannot be followed.
-    #[error("cannot follow the run of seed {seed}")]
+    /// A child process cannot be followed.
+    #[error("cannot follow `{command}`")]
     Follow {
-        /// Its seed.
-        seed: u64,
+        /// Its command.
+        command: String,
         /// Why.
         source: io::Error,
     },
@@ -98,126 +103,118 @@ pub enum SweepError {
     Worker(#[source] io::Error),
 }
 
-/// A command to run over seeds.
+/// What is kept of one run, as a line of the results.
+pub trait Outcome: Serialize + DeserializeOwned + Send {
+    /// What names a run within its sweep.
+    type Key: Ord + Clone + Send + Sync + Display;
+
+    /// Which run it is of.
+    fn key(&self) -> Self::Key;
+
+    /// Whether the run did what it was to do.
+    fn is_success(&self) -> bool;
+
+    /// How long it took, seconds.
+    fn wall_secs(&self) -> f64;
+}
+
+/// Runs to be carried out, each by its key.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Sweep {
-    /// The program.
-    pub program: PathBuf,
-    /// Its arguments; `--seed SEED` is added to them. It prints one JSON document on its standard output and ends with
-    /// exit code 0 for success and 1 for a negative answer.
-    pub arguments: Vec<String>,
-    /// The seeds.
-    pub seeds: Vec<u64>,
-    /// How many run at a time, at least one.
-    pub n_workers: usize,
+pub struct Sweep<K> {
     /// Where the results are kept.
     pub folder: PathBuf,
-}
-
-/// What came of one run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RunResult {
-    /// Its seed.
-    pub seed: u64,
-    /// Its exit code; nothing when a signal ended it.
-    pub exit_code: Option<i32>,
-    /// How long it took, seconds.
-    pub wall_secs: f64,
-    /// The JSON document it printed; nothing when it printed none.
-    pub output: Option<Value>,
-    /// The end of its messages, kept when it did not succeed.
-    pub messages: String,
-}
-
-impl RunResult {
-    /// Whether the run said that it succeeded.
-    #[must_use]
-    pub fn is_success(&self) -> bool {
-        self.exit_code == Some(0)
-    }
-
-    /// Whether the run came to an answer, be it negative.
-    #[must_use]
-    pub fn is_answered(&self) -> bool {
-        matches!(self.exit_code, Some(0 | 1))
-    }
-}
-
-/// What a sweep shows.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Summary {
-    /// Runs that ended.
-    pub n_runs: usize,
-    /// Those that succeeded.
-    pub n_successes: usize,
-    /// Seeds that ended with a negative answer.
-    pub seeds_failed: Vec<u64>,
-    /// Seeds that ended without an answer: crashes, bad input. They count as failures.
-    pub seeds_unanswered: Vec<u64>,
-    /// Where the probability of success lies, with 95 % confidence.
-    pub success: Interval,
-    /// Median time of a run, seconds.
-    pub wall_secs_median: f64,
-    /// Longest time of a run, seconds.
-    pub wall_secs_max: f64,
+    /// What all runs have in common. A folder keeps results of one command only.
+    pub command: Vec<String>,
+    /// The runs.
+    pub keys: Vec<K>,
+    /// How many run at a time, at least one.
+    pub n_workers: usize,
 }
 
 /// How far a sweep is, results of earlier times included.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
-    /// Seeds that have a result.
+    /// Runs that have a result.
     pub n_done: usize,
-    /// Seeds of the sweep.
-    pub n_seeds: usize,
-    /// Seeds that succeeded.
+    /// Runs of the sweep.
+    pub n_runs: usize,
+    /// Runs that succeeded.
     pub n_successes: usize,
+    /// What the rest will take if it is like the runs before, seconds.
+    pub secs_left: f64,
 }
 
-impl Sweep {
-    /// Runs the seeds that have no result yet and returns all results, sorted by seed.
-    ///
-    /// `stop` ends the sweep early; `on_result` hears of each new result, and how far the sweep is with it.
+impl Progress {
+    fn of<O: Outcome>(results: &BTreeMap<O::Key, O>, n_runs: usize, n_workers: usize) -> Self {
+        let n_done = results.len();
+        let wall_secs: f64 = results.values().map(O::wall_secs).sum();
+        let n_open = n_runs.saturating_sub(n_done);
+        Self {
+            n_done,
+            n_runs,
+            n_successes: results.values().filter(|result| result.is_success()).count(),
+            secs_left: wall_secs / n_done.max(1) as f64 * n_open as f64 / n_workers as f64,
+        }
+    }
+}
+
+impl<K: Ord + Clone + Send + Sync + Display> Sweep<K> {
+    /// The results that its folder holds already, of these runs and of others; makes the folder if there is none.
     ///
     /// # Errors
-    /// [`SweepError`] when the folder holds results of another command, the command cannot be started, or results cannot
-    /// be kept.
-    pub fn run(
+    /// [`SweepError`] when the folder holds results of another command, or what is none.
+    pub fn open<O: Outcome<Key = K>>(&self) -> Result<Vec<O>, SweepError> {
+        folder::open(&self.folder, &self.command)
+    }
+
+    /// Carries out the runs that have no result yet by `run_one`, and returns all results, sorted by key.
+    ///
+    /// `stop` ends the sweep early. `run_one` returns nothing for a run that did not come to its own end: it is carried
+    /// out another time. `on_result` hears of each new result once it is kept, and how far the sweep is with it.
+    ///
+    /// # Errors
+    /// [`SweepError`] when the folder holds results of another command or results cannot be kept; what `run_one` says.
+    pub fn run<O, E>(
         &self,
         stop: &StopWish,
-        mut on_result: impl FnMut(&RunResult, Progress),
-    ) -> Result<Vec<RunResult>, SweepError> {
-        let seeds: BTreeSet<u64> = self.seeds.iter().copied().collect();
-        // Results of seeds that are not asked for now stay in the file and out of the answer.
-        let mut results: BTreeMap<u64, RunResult> = folder::open(&self.folder, &self.arguments)?
+        run_one: impl Fn(&K) -> Result<Option<O>, E> + Sync,
+        mut on_result: impl FnMut(&O, Progress) -> Result<(), E>,
+    ) -> Result<Vec<O>, E>
+    where
+        O: Outcome<Key = K>,
+        E: From<SweepError> + Send,
+    {
+        let keys: BTreeSet<K> = self.keys.iter().cloned().collect();
+        // Results of runs that are not asked for now stay in the file and out of the answer.
+        let mut results: BTreeMap<K, O> = self
+            .open()?
             .into_iter()
-            .filter(|result| seeds.contains(&result.seed))
-            .map(|result| (result.seed, result))
+            .map(|result: O| (result.key(), result))
+            .filter(|(key, _)| keys.contains(key))
             .collect();
-        let open: BTreeSet<u64> = seeds
+        let open: BTreeSet<K> = keys
             .iter()
-            .copied()
-            .filter(|seed| !results.contains_key(seed))
+            .filter(|key| !results.contains_key(key))
+            .cloned()
             .collect();
         let open = Mutex::new(open);
         // A worker that cannot go on stops the others through this.
         let halt = AtomicBool::new(false);
-        let next_seed = || {
+        let next_key = || {
             let is_over = stop.is_raised() || halt.load(Ordering::Relaxed);
             open.lock()
                 .ok()
                 .filter(|_| !is_over)
-                .and_then(|mut seeds| seeds.pop_first())
+                .and_then(|mut keys| keys.pop_first())
         };
+        let n_workers = self.n_workers.max(1);
         thread::scope(|scope| {
-            let n_workers = self.n_workers.max(1);
-            let (send, receive) =
-                std::sync::mpsc::sync_channel::<Result<RunResult, SweepError>>(n_workers);
+            let (send, receive) = std::sync::mpsc::sync_channel::<Result<O, E>>(n_workers);
             for number in 0..n_workers {
-                let (send, next_seed) = (send.clone(), &next_seed);
+                let (send, next_key, run_one) = (send.clone(), &next_key, &run_one);
                 let work = move || {
-                    while let Some(seed) = next_seed() {
-                        let result = run::run_one(self, seed, stop).transpose();
+                    while let Some(key) = next_key() {
+                        let result = run_one(&key).transpose();
                         if result.is_some_and(|result| send.send(result).is_err()) {
                             break;
                         }
@@ -226,34 +223,20 @@ impl Sweep {
                 let worker = thread::Builder::new().name(format!("sweep {number}"));
                 if let Err(error) = worker.spawn_scoped(scope, work) {
                     halt.store(true, Ordering::Relaxed);
-                    return Err(SweepError::Worker(error));
+                    return Err(SweepError::Worker(error).into());
                 }
             }
             drop(send);
-            let mut n_successes = results
-                .values()
-                .filter(|result| result.is_success())
-                .count();
             for received in receive {
-                let kept = received.and_then(|result| {
-                    folder::keep(&self.folder, &result)?;
-                    Ok(result)
-                });
-                match kept {
-                    Ok(result) => {
-                        n_successes += usize::from(result.is_success());
-                        let progress = Progress {
-                            n_done: results.len() + 1,
-                            n_seeds: seeds.len(),
-                            n_successes,
-                        };
-                        on_result(&result, progress);
-                        results.insert(result.seed, result);
-                    }
-                    Err(error) => {
-                        halt.store(true, Ordering::Relaxed);
-                        return Err(error);
-                    }
+                let mut keep = |result: O| {
+                    folder::keep(&self.folder, &result).map_err(SweepError::from)?;
+                    let key = result.key();
+                    results.insert(key.clone(), result);
+                    on_result(&results[&key], Progress::of(&results, keys.len(), n_workers))
+                };
+                if let Err(error) = received.and_then(&mut keep) {
+                    halt.store(true, Ordering::Relaxed);
+                    return Err(error);
                 }
             }
             Ok(())
@@ -262,35 +245,25 @@ impl Sweep {
     }
 }
 
-/// What the results show together; nothing for no results.
-#[must_use]
-pub fn summarize(results: &[RunResult]) -> Option<Summary> {
-    let mut wall_secs: Vec<f64> = results.iter().map(|result| result.wall_secs).collect();
-    wall_secs.sort_by(f64::total_cmp);
-    let seeds = |is_chosen: &dyn Fn(&RunResult) -> bool| -> Vec<u64> {
-        results
-            .iter()
-            .filter(|result| is_chosen(result))
-            .map(|result| result.seed)
-            .collect()
-    };
-    let n_successes = results.iter().filter(|result| result.is_success()).count();
-    Some(Summary {
-        n_runs: results.len(),
-        n_successes,
-        seeds_failed: seeds(&|result| result.is_answered() && !result.is_success()),
-        seeds_unanswered: seeds(&|result| !result.is_answered()),
-        success: wilson_interval(n_successes, results.len())?,
-        wall_secs_median: median(&wall_secs)?,
-        wall_secs_max: *wall_secs.last()?,
-    })
-}
-
-fn median(sorted: &[f64]) -> Option<f64> {
-    let upper = *sorted.get(sorted.len() / 2)?;
-    let lower = *sorted.get((sorted.len() - 1) / 2)?;
-    Some(f64::midpoint(lower, upper))
-}
-
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_left_is_that_of_the_runs_before() {
+        let result = |seed, wall_secs| RunResult {
+            seed,
+            exit_code: Some(i32::from(seed == 1)),
+            wall_secs,
+            output: None,
+            messages: String::new(),
+        };
+        let results = [(0, result(0, 10.0)), (1, result(1, 20.0))].into();
+        // 15 s a run, six to go, two at a time.
+        let progress = Progress::of(&results, 8, 2);
+        assert_eq!((progress.n_done, progress.n_successes), (2, 1));
+        assert!((progress.secs_left - 45.0).abs() < 1e-9, "{progress:?}");
+        let none = Progress::of::<RunResult>(&BTreeMap::new(), 8, 2);
+        assert!(none.secs_left.abs() < 1e-9);
+    }
+}

@@ -56,7 +56,7 @@ impl Markup {
 }
 
 /// Words as HTML text or a quoted attribute's value.
-pub(super) fn escape(words: &str) -> String {
+pub(crate) fn escape(words: &str) -> String {
     let mut html = String::with_capacity(words.len());
     for character in words.chars() {
         match character {

@@ -3,9 +3,10 @@
 use std::io;
 use std::path::Path;
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::{RunResult, SweepError};
+use super::SweepError;
 use crate::storage::{self, StorageError};
 
 /// Name of the file of results in a sweep's folder.
@@ -14,7 +15,7 @@ pub const RESULTS_NAME: &str = "results.jsonl";
 /// Name of the file that says of which command the results are.
 pub(super) const COMMAND_NAME: &str = "sweep.json";
 
-/// The command of a sweep, but for the seed. The program is left out: it may have been built anew, or moved.
+/// The command of a sweep, but for what differs from run to run. The program is left out: it may have been built anew, or moved.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SweepCommand {
@@ -22,7 +23,10 @@ struct SweepCommand {
 }
 
 /// Makes the folder a sweep's with these arguments, or checks that it is one, and returns the results in it.
-pub(super) fn open(folder: &Path, arguments: &[String]) -> Result<Vec<RunResult>, SweepError> {
+pub(super) fn open<O: DeserializeOwned>(
+    folder: &Path,
+    arguments: &[String],
+) -> Result<Vec<O>, SweepError> {
     std::fs::create_dir_all(folder).map_err(|error| StorageError::writing(folder, error))?;
     let results_file = folder.join(RESULTS_NAME);
     let command_file = folder.join(COMMAND_NAME);
@@ -57,10 +61,22 @@ pub(super) fn open(folder: &Path, arguments: &[String]) -> Result<Vec<RunResult>
         }
     }
     storage::keep_whole_lines(&results_file)?;
-    let text = read_if_there(&results_file)?.unwrap_or_default();
+    if results_file.exists() {
+        read_results(&results_file)
+    } else {
+        Ok(Vec::new())
+    }
+}
+
+/// The results in a file of them, a line each.
+///
+/// # Errors
+/// [`SweepError::Storage`] if it cannot be read, and [`SweepError::Result`] for a line that is not such a result.
+pub fn read_results<O: DeserializeOwned>(file: &Path) -> Result<Vec<O>, SweepError> {
+    let text = std::fs::read_to_string(file).map_err(|error| StorageError::reading(file, error))?;
     let parse = |(idx, line): (usize, &str)| {
         serde_json::from_str(line).map_err(|source| SweepError::Result {
-            file: results_file.clone(),
+            file: file.to_path_buf(),
             line: idx + 1,
             source,
         })
@@ -69,7 +85,7 @@ pub(super) fn open(folder: &Path, arguments: &[String]) -> Result<Vec<RunResult>
 }
 
 /// Appends a result.
-pub(super) fn keep(folder: &Path, result: &RunResult) -> Result<(), StorageError> {
+pub(super) fn keep(folder: &Path, result: &impl Serialize) -> Result<(), StorageError> {
     let file = folder.join(RESULTS_NAME);
     let line = serde_json::to_string(result)
         .map_err(|error| StorageError::writing(&file, error.into()))?;

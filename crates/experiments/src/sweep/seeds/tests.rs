@@ -1,12 +1,15 @@
 use std::path::Path;
+use std::thread;
 
+use super::super::RESULTS_NAME;
+use super::super::folder::COMMAND_NAME;
 use super::*;
 
 /// A sweep over a shell script that finds its seed in `$seed`.
-fn sweep(folder: &Path, script: &str, seeds: std::ops::Range<u64>, n_workers: usize) -> Sweep {
+fn sweep(folder: &Path, script: &str, seeds: std::ops::Range<u64>, n_workers: usize) -> SeedSweep {
     // The arguments after the script are `sh --seed SEED`, of which the shell takes the first for its own name.
     let arguments = ["-c", &format!("seed=$2; {script}"), "sh"];
-    Sweep {
+    SeedSweep {
         program: PathBuf::from("sh"),
         arguments: arguments.map(str::to_owned).to_vec(),
         seeds: seeds.collect(),
@@ -17,7 +20,7 @@ fn sweep(folder: &Path, script: &str, seeds: std::ops::Range<u64>, n_workers: us
 
 const ODD_SEEDS_FAIL: &str = r#"echo "{\"achieved\": $([ $((seed % 2)) = 0 ] && echo true || echo false)}"; exit $((seed % 2))"#;
 
-fn run(sweep: &Sweep) -> Vec<RunResult> {
+fn run(sweep: &SeedSweep) -> Vec<RunResult> {
     sweep.run(&StopWish::default(), |_, _| {}).unwrap()
 }
 
@@ -108,7 +111,7 @@ fn progress_counts_earlier_results() {
     sweep(dir.path(), ODD_SEEDS_FAIL, 1..5, 1)
         .run(&StopWish::default(), |result, progress| {
             heard.push((result.seed, progress.n_done, progress.n_successes));
-            assert_eq!(progress.n_seeds, 4);
+            assert_eq!(progress.n_runs, 4);
         })
         .unwrap();
     assert_eq!(heard, [(3, 3, 1), (4, 4, 2)]);
@@ -148,7 +151,7 @@ fn the_first_stop_lets_runs_end_and_the_second_drops_them() {
         let text = std::fs::read_to_string(&begun).unwrap_or_default();
         text.lines().count()
     };
-    let stopped = |sweep: &Sweep, n_raised: usize| {
+    let stopped = |sweep: &SeedSweep, n_raised: usize| {
         let stop = StopWish::default();
         thread::scope(|scope| {
             scope.spawn(|| {
@@ -180,7 +183,7 @@ fn a_folder_of_another_command_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     let first = sweep(dir.path(), ODD_SEEDS_FAIL, 0..2, 1);
     run(&first);
-    let other = Sweep {
+    let other = SeedSweep {
         arguments: [&first.arguments[..], &["--goal".into(), "other".into()]].concat(),
         ..first.clone()
     };
@@ -192,7 +195,7 @@ fn a_folder_of_another_command_is_refused() {
     );
     assert_eq!(run(&first).len(), 2, "its own command goes on");
     // Results of which nobody can say the command are not taken either.
-    std::fs::remove_file(dir.path().join(folder::COMMAND_NAME)).unwrap();
+    std::fs::remove_file(dir.path().join(COMMAND_NAME)).unwrap();
     let error = first.run(&StopWish::default(), |_, _| {}).unwrap_err();
     assert!(matches!(error, SweepError::NoCommand { .. }), "{error:?}");
 }
@@ -200,7 +203,7 @@ fn a_folder_of_another_command_is_refused() {
 #[test]
 fn a_program_that_is_not_there_is_an_error() {
     let dir = tempfile::tempdir().unwrap();
-    let missing = Sweep {
+    let missing = SeedSweep {
         program: PathBuf::from("no-such-program"),
         ..sweep(dir.path(), "", 0..3, 2)
     };
