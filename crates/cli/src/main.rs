@@ -58,6 +58,7 @@ Examples:
   factotum map explore --out home                    a home folder from a robot's own exploring
   factotum map import map.yaml --out home            a home folder from a ROS map_server map
   factotum experiment run chores --seeds 20          how often the chores succeed
+  factotum experiment report cip-ablation            figures of how contact skills are learned
   factotum symbols learn transitions.csv --out model symbols and PDDL from what a robot tried
   factotum skill train door --ablation fast          learn to open a door, in 30 to 100 tries
   factotum robot check my-robot/                     is my robot.toml right?

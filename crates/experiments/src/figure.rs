@@ -102,9 +102,9 @@ pub enum Dash {
     /// `---- ----`
     Longest,
     /// `-.-.`
-    DashDot,
+    OneDot,
     /// `-..-`
-    DashDotDot,
+    TwoDots,
 }
 
 impl Dash {
@@ -115,8 +115,8 @@ impl Dash {
             Self::Short => "4 2.5",
             Self::Long => "9 3",
             Self::Longest => "18 3",
-            Self::DashDot => "7 2.5 1.5 2.5",
-            Self::DashDotDot => "7 2 1.5 2 1.5 2",
+            Self::OneDot => "7 2.5 1.5 2.5",
+            Self::TwoDots => "7 2 1.5 2 1.5 2",
         }
     }
 }
@@ -146,11 +146,12 @@ impl Figure {
     pub fn to_svg(&self) -> String {
         let n_columns = self.columns.len().max(1) as f64;
         let width = LEFT + n_columns * (PANEL_WIDTH + GAP_X) - GAP_X + RIGHT;
-        let per_line = ((width - LEFT - RIGHT) / LEGEND_ENTRY_WIDTH).floor().max(1.0) as usize;
+        let per_line = ((width - LEFT - RIGHT) / LEGEND_ENTRY_WIDTH)
+            .floor()
+            .max(1.0) as usize;
         let legend_height = self.styles.len().div_ceil(per_line) as f64 * LEGEND_LINE_HEIGHT;
         let panels_top = TITLE_HEIGHT + legend_height + HEAD_HEIGHT;
-        let panels_bottom =
-            panels_top + self.rows.len() as f64 * (PANEL_HEIGHT + GAP_Y) - GAP_Y;
+        let panels_bottom = panels_top + self.rows.len() as f64 * (PANEL_HEIGHT + GAP_Y) - GAP_Y;
         let notes: Vec<String> = self
             .notes
             .iter()
@@ -168,7 +169,12 @@ impl Figure {
         }
         self.draw_panels(&mut svg, panels_top);
         let middle = f64::midpoint(LEFT, width - RIGHT);
-        svg.text(middle, panels_bottom + 34.0, "class=\"middle\"", &self.x_label);
+        svg.text(
+            middle,
+            panels_bottom + 34.0,
+            "class=\"middle\"",
+            &self.x_label,
+        );
         for (idx, note) in notes.iter().enumerate() {
             let y = panels_bottom + AXIS_HEIGHT + (idx as f64 + 0.8) * NOTE_HEIGHT;
             svg.text(LEFT, y, "class=\"note\"", note);
@@ -186,7 +192,11 @@ impl Figure {
         for (row_idx, row) in self.rows.iter().enumerate() {
             let top = panels_top + row_idx as f64 * (PANEL_HEIGHT + GAP_Y);
             let y_most = row.y_max.unwrap_or_else(|| {
-                greatest(points(row).iter().map(|point| point.y + point.half_width.unwrap_or(0.0)))
+                greatest(
+                    points(row)
+                        .iter()
+                        .map(|point| point.y + point.half_width.unwrap_or(0.0)),
+                )
             });
             let y_ticks = ticks(y_most);
             let middle = top + PANEL_HEIGHT / 2.0;
@@ -203,7 +213,13 @@ impl Figure {
                     let x = frame.left + PANEL_WIDTH / 2.0;
                     svg.text(x, top - 7.0, "class=\"middle head\"", head);
                 }
-                svg.axes(&frame, &x_ticks, &y_ticks, idx == 0, row_idx + 1 == self.rows.len());
+                svg.axes(
+                    &frame,
+                    &x_ticks,
+                    &y_ticks,
+                    idx == 0,
+                    row_idx + 1 == self.rows.len(),
+                );
                 svg.begin_panel(&frame);
                 for line in lines {
                     if let Some(style) = self.styles.get(line.style) {
@@ -241,15 +257,23 @@ impl Svg {
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
              height=\"{height:.0}\" role=\"img\" aria-labelledby=\"title desc\">"
         ));
-        self.line(format_args!("<title id=\"title\">{}</title>", escape(title)));
-        self.line(format_args!("<desc id=\"desc\">{}</desc>", escape(&notes.join(" "))));
+        self.line(format_args!(
+            "<title id=\"title\">{}</title>",
+            escape(title)
+        ));
+        self.line(format_args!(
+            "<desc id=\"desc\">{}</desc>",
+            escape(&notes.join(" "))
+        ));
         self.line(format_args!(
             "<style>text {{ font: 12px sans-serif; fill: #222 }} .title {{ font-size: 15px; font-weight: bold }} \
              .head {{ font-size: 13px; font-weight: bold }} .middle {{ text-anchor: middle }} .end {{ text-anchor: end }} \
              .note {{ font-size: 11px; fill: #444 }} .grid {{ stroke: #ddd }} \
              .frame {{ fill: none; stroke: #666 }}</style>"
         ));
-        self.line(format_args!("<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>"));
+        self.line(format_args!(
+            "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
+        ));
     }
 
     fn close(mut self) -> String {

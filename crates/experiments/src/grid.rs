@@ -14,6 +14,7 @@ mod result;
 mod student;
 mod table;
 
+use std::cmp::Ordering;
 use std::collections::BTreeSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -118,7 +119,7 @@ impl GridError {
 }
 
 /// One training run of the grid. Ordered by seed first: a grid that is stopped early has compared all settings.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cell {
     /// Seed of all that is random.
     pub seed: u64,
@@ -128,9 +129,29 @@ pub struct Cell {
     pub ablation: Ablation,
 }
 
+impl Ord for Cell {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let [here, there] =
+            [self, other].map(|cell| (cell.seed, &*cell.task, cell.ablation as usize));
+        here.cmp(&there)
+    }
+}
+
+impl PartialOrd for Cell {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
 impl fmt::Display for Cell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {} seed {}", self.task, self.ablation.name(), self.seed)
+        write!(
+            f,
+            "{} {} seed {}",
+            self.task,
+            self.ablation.name(),
+            self.seed
+        )
     }
 }
 
@@ -238,7 +259,10 @@ impl Grid {
 fn setting_digest(setting: &CipSetting) -> String {
     let text = toml::to_string(setting).unwrap_or_default();
     let digest = Sha256::digest(text);
-    digest[..8].iter().map(|byte| format!("{byte:02x}")).collect()
+    digest[..8]
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
 }
 
 fn remove_checkpoint(folder: &SkillFolder) -> Result<(), StorageError> {

@@ -8,8 +8,8 @@ mod map_drawing;
 
 use factotum_protocol::{Aosm, Event, EventLevel, OccupancyMap, Plan, StepState};
 
-pub(crate) use html::escape;
 use html::Markup;
+pub(crate) use html::escape;
 
 /// What a report tells. Whatever is empty is left out.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -152,7 +152,10 @@ impl Progress {
         Self {
             n_done,
             n_runs,
-            n_successes: results.values().filter(|result| result.is_success()).count(),
+            n_successes: results
+                .values()
+                .filter(|result| result.is_success())
+                .count(),
             secs_left: wall_secs / n_done.max(1) as f64 * n_open as f64 / n_workers as f64,
         }
     }
@@ -232,7 +235,10 @@ impl<K: Ord + Clone + Send + Sync + Display> Sweep<K> {
                     folder::keep(&self.folder, &result).map_err(SweepError::from)?;
                     let key = result.key();
                     results.insert(key.clone(), result);
-                    on_result(&results[&key], Progress::of(&results, keys.len(), n_workers))
+                    on_result(
+                        &results[&key],
+                        Progress::of(&results, keys.len(), n_workers),
+                    )
                 };
                 if let Err(error) = received.and_then(&mut keep) {
                     halt.store(true, Ordering::Relaxed);

@@ -131,6 +131,49 @@ fn a_sweep_folder_of_another_command_is_not_taken() {
 }
 
 #[test]
+fn cells_of_no_task_or_setting_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("grid");
+    let run = [
+        "experiment",
+        "run",
+        "cip-ablation",
+        "--out",
+        out.to_str().unwrap(),
+    ];
+    let check = |more: &[&str], wanted: &[&str]| {
+        assert_refused(&factotum(&[&run[..], more].concat()), wanted);
+        assert!(!out.exists());
+    };
+    check(
+        &["--tasks", "door,windows"],
+        &["task `windows`", "shipped: door, drawer"],
+    );
+    check(
+        &["--tasks", "rooms/door"],
+        &["found `rooms/door`", "name of a shipped task"],
+    );
+    check(
+        &["--settings", "cip,slow"],
+        &["'slow'", "unstructured", "fast"],
+    );
+    check(&["--seeds", "0"], &["--seeds is 0"]);
+}
+
+#[test]
+fn a_report_of_a_corrupt_line_names_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let from = dir.path().to_str().unwrap();
+    let report = ["experiment", "report", "cip-ablation", "--from", from];
+    assert_refused(&factotum(&report), &["cannot read", "results.jsonl"]);
+    std::fs::write(dir.path().join("results.jsonl"), "{\"task\": \"door\"}\n").unwrap();
+    assert_refused(
+        &factotum(&report),
+        &["results.jsonl", "line 1", "missing field"],
+    );
+}
+
+#[test]
 fn a_map_cut_short_is_named() {
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(dir.path().join("map.pgm"), b"P5\n4 4\n255\n\xfe\xfe\x00").unwrap();

@@ -26,4 +26,5 @@ fn experiments_are_listed() {
     let said = factotum(&["experiment", "list", "--json"]);
     assert_eq!(said.code, Some(0));
     assert_eq!(said.json()[0]["name"], "chores");
+    assert_eq!(said.json()[1]["name"], "cip-ablation");
 }

@@ -5,7 +5,11 @@ const N_STEPS_MAX: f64 = 5.0;
 
 /// Marks from 0 to at least `most`, a step of 1, 2 or 5 times a power of ten apart. An axis of nothing goes to 1.
 pub(super) fn ticks(most: f64) -> Vec<f64> {
-    let most = if most.is_finite() && most > 0.0 { most } else { 1.0 };
+    let most = if most.is_finite() && most > 0.0 {
+        most
+    } else {
+        1.0
+    };
     let power = 10_f64.powf((most / N_STEPS_MAX).log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0]
         .into_iter()

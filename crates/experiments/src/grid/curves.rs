@@ -32,7 +32,9 @@ pub(super) fn curve(quantity: Quantity, cells: &[&CellResult]) -> Vec<(u64, Mean
         episodes.insert(0);
     }
     let at = |episode: u64| {
-        let values = cells.iter().filter_map(|cell| value(quantity, cell, episode));
+        let values = cells
+            .iter()
+            .filter_map(|cell| value(quantity, cell, episode));
         Some((episode, MeanInterval::of(&values.collect::<Vec<_>>())?))
     };
     episodes.into_iter().filter_map(at).collect()

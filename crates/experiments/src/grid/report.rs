@@ -89,7 +89,10 @@ fn current(cells: &[CellResult]) -> Figure {
         &[
             ("success rate, %", Quantity::Success),
             ("joint-limit violation rate, %", Quantity::Violation),
-            ("training violations, episodes", Quantity::TrainingViolations),
+            (
+                "training violations, episodes",
+                Quantity::TrainingViolations,
+            ),
         ],
     )
 }
@@ -137,7 +140,11 @@ fn figure(
 fn seeds_note(cells: &[CellResult], settings: &[Ablation]) -> String {
     let counts: BTreeSet<usize> = tasks(cells)
         .into_iter()
-        .flat_map(|task| settings.iter().map(move |&ablation| group(cells, task, ablation).len()))
+        .flat_map(|task| {
+            settings
+                .iter()
+                .map(move |&ablation| group(cells, task, ablation).len())
+        })
         .filter(|&n| n > 0)
         .collect();
     let n = match (counts.first(), counts.last()) {
@@ -177,10 +184,10 @@ fn style(ablation: Ablation) -> Style {
     let (color, dash) = match ablation {
         Ablation::Unstructured => ("#000000", Dash::Dots),
         Ablation::Head => ("#e69f00", Dash::Short),
-        Ablation::Safety => ("#56b4e9", Dash::DashDot),
+        Ablation::Safety => ("#56b4e9", Dash::OneDot),
         Ablation::Mv => ("#009e73", Dash::Long),
         Ablation::Cip => ("#0072b2", Dash::Solid),
-        Ablation::HardGuard => ("#cc79a7", Dash::DashDotDot),
+        Ablation::HardGuard => ("#cc79a7", Dash::TwoDots),
         Ablation::Fast => ("#d55e00", Dash::Longest),
     };
     Style {

@@ -110,7 +110,10 @@ impl Table {
                     continue;
                 }
                 entries.push(Entry::of(task, ablation, &here));
-                for minus in Ablation::ALL.into_iter().filter(|&other| other < ablation) {
+                for minus in Ablation::ALL
+                    .into_iter()
+                    .take_while(|&other| other != ablation)
+                {
                     let there = group(cells, task, minus);
                     let of = |measure: Measure| {
                         Some(Difference {
@@ -148,7 +151,9 @@ impl Table {
         if !self.failed.is_empty() {
             text.push_str("\n## Cells that failed\n\n| task | setting | seed | command | exit code |\n|---|---|---|---|---|\n");
             for cell in &self.failed {
-                let code = cell.exit_code.map_or("signal".to_owned(), |code| code.to_string());
+                let code = cell
+                    .exit_code
+                    .map_or("signal".to_owned(), |code| code.to_string());
                 push_row(
                     &mut text,
                     &[
@@ -293,7 +298,9 @@ fn words(interval: Option<&MeanInterval>, scale: f64, digits: usize) -> String {
     let Some(interval) = interval else {
         return "-".to_owned();
     };
-    let mean = scale * interval.mean;
+    // What rounds to zero has no sign.
+    let unit = 10_f64.powi(i32::try_from(digits).unwrap_or(0));
+    let mean = (scale * interval.mean * unit).round() / unit + 0.0;
     match interval.half_width {
         Some(half_width) => format!("{mean:.digits$} ± {:.digits$}", scale * half_width),
         None => format!("{mean:.digits$}"),

@@ -31,7 +31,7 @@ const FIRST_ACTION: [f32; N_ACTION] = {
 };
 
 /// A setting of the ablation study.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ablation {
     /// No structure: the arm begins in its home posture, away from the object.

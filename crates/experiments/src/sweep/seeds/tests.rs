@@ -163,7 +163,12 @@ fn the_first_stop_lets_runs_end_and_the_second_drops_them() {
             sweep.run(&stop, |_, _| {}).unwrap()
         })
     };
-    let endless = sweep(&dir.path().join("urgent"), &script("sleep 600"), 0..4, 2);
+    let endless = sweep(
+        &dir.path().join("urgent"),
+        &script("exec sleep 600"),
+        0..4,
+        2,
+    );
     assert_eq!(stopped(&endless, 2), [], "none came to its own end");
     assert_eq!(n_begun(), 2, "no other was begun");
     assert!(!dir.path().join("urgent").join(RESULTS_NAME).exists());
