@@ -82,7 +82,7 @@ fn stop_on_interrupt() -> anyhow::Result<Arc<StopWish>> {
     let raised = stop.clone();
     ctrlc::set_handler(move || {
         if !raised.is_raised() {
-            tell(&"stopping when the runs under way have ended; Ctrl-C again drops them");
+            tell(&"stopping when the runs under way have ended; Ctrl-C again ends them now");
         }
         raised.raise();
     })?;
