@@ -11,7 +11,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use factotum_descriptions::TaskSpec;
 use factotum_experiments::skill_folder::{SkillFolder, SkillRecord};
 use factotum_experiments::skill_training::{
-    SkillError, TrainingEvent, TrainingSummary, WhichPolicy, evaluate, train,
+    SkillError, Training, TrainingEvent, TrainingSummary, WhichPolicy, evaluate,
 };
 use factotum_skills::cip::setting::Ablation;
 use factotum_skills::cip::training::EvaluationRecord;
@@ -140,7 +140,7 @@ fn train_command(args: &TrainArgs, console: &Console) -> anyhow::Result<Answer> 
                 .unwrap_or_else(|| default_folder(task, ablation, args.seed));
             let mut record = SkillRecord::new(assets::task_name(task)?, ablation, args.seed);
             if args.as_in_the_code {
-                record.setting = record.setting.as_in_the_code();
+                record.setting = record.setting.like_the_code();
             }
             (SkillFolder::at(&dir), record)
         }
@@ -154,25 +154,22 @@ fn train_command(args: &TrainArgs, console: &Console) -> anyhow::Result<Answer> 
     let stop = Arc::new(AtomicBool::new(false));
     let raised = stop.clone();
     ctrlc::set_handler(move || {
-        if raised.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-        tell(&"stopping after this episode; Ctrl-C again ends at once");
+        raised.store(true, Ordering::Relaxed);
+        tell(&"stopping after this episode");
     })?;
     let stopwatch = Stopwatch::start();
     let mut curve = Curve::default();
     let mut listen = |event| show(event, &task, &mut curve, console);
-    let summary = train(
-        &folder,
-        &task,
-        &record,
-        args.episodes,
-        args.resume.is_some(),
-        &stop,
-        stopwatch.watch(),
-        &mut listen,
-    )
-    .map_err(of_input)?;
+    let training = Training {
+        folder: &folder,
+        task: &task,
+        record: &record,
+        n_episodes: args.episodes,
+        resume: args.resume.is_some(),
+    };
+    let summary = training
+        .run(&stop, stopwatch.watch(), &mut listen)
+        .map_err(of_input)?;
     let split = stopwatch.split_secs();
     let last = summary.last;
     let document = json!({

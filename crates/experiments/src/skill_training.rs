@@ -88,72 +88,102 @@ pub struct TrainingSummary {
     pub complete: bool,
 }
 
-/// Trains a skill for `n_episodes` episodes, or until `stop`; `tell` hears what happens, `watch` what time is spent on. With
-/// `resume` it goes on from the folder's checkpoint, if it has one.
-///
-/// # Errors
-/// [`SkillError`]; what was learned until the last evaluation stays in the folder.
-pub fn train(
-    folder: &SkillFolder,
-    task: &TaskSpec,
-    record: &SkillRecord,
-    n_episodes: u64,
-    resume: bool,
-    stop: &AtomicBool,
-    watch: PhaseWatch,
-    tell: &mut dyn FnMut(TrainingEvent),
-) -> Result<TrainingSummary, SkillError> {
-    let rig = TaskRig::new(task)?;
-    let setting = record.setting.clone();
-    let (mut trainer, mut best) = if resume && folder.checkpoint().is_file() {
-        let trainer = Trainer::resume(rig, task, setting, record.seed, &folder.checkpoint())?;
-        let best = folder.keep_metrics(trainer.progress().n_episodes)?;
-        (trainer, best)
-    } else {
-        if !resume {
+/// A skill to be trained.
+#[derive(Debug, Clone, Copy)]
+pub struct Training<'a> {
+    /// Where it is kept.
+    pub folder: &'a SkillFolder,
+    /// The task.
+    pub task: &'a TaskSpec,
+    /// What it is trained with.
+    pub record: &'a SkillRecord,
+    /// Training episodes in all.
+    pub n_episodes: u64,
+    /// Whether to go on from the folder's checkpoint, if it has one; else the folder must not hold a run.
+    pub resume: bool,
+}
+
+impl Training<'_> {
+    /// Trains until all episodes are lived through, or `stop`; `tell` hears what happens, `watch` what time is spent on.
+    ///
+    /// # Errors
+    /// [`SkillError`]; what was learned until the last evaluation stays in the folder.
+    pub fn run(
+        &self,
+        stop: &AtomicBool,
+        watch: PhaseWatch,
+        tell: &mut dyn FnMut(TrainingEvent),
+    ) -> Result<TrainingSummary, SkillError> {
+        let (mut trainer, mut best) = self.begin(tell)?;
+        trainer.set_watch(watch);
+        let mut last = None;
+        while trainer.progress().n_episodes < self.n_episodes && !stop.load(Ordering::Relaxed) {
+            let episode = trainer.episode()?;
+            self.folder.append(&episode)?;
+            tell(TrainingEvent::Episode(episode));
+            if trainer.is_evaluation_due() || episode.episode == self.n_episodes {
+                let evaluation = trainer.evaluate()?;
+                self.keep(&mut trainer, &evaluation, &mut best)?;
+                last = Some(evaluation);
+                tell(TrainingEvent::Evaluation(evaluation));
+            }
+        }
+        let progress = trainer.progress();
+        let initiation = trainer.environment().initiation();
+        Ok(TrainingSummary {
+            n_episodes: progress.n_episodes,
+            n_env_steps: progress.n_env_steps,
+            n_violations: progress.n_violations,
+            n_grasps: initiation.map_or(0, GraspInitiation::len),
+            best_success_rate: best,
+            last,
+            complete: progress.n_episodes >= self.n_episodes,
+        })
+    }
+
+    /// A trainer at the beginning or where it stopped, and the best success rate so far.
+    fn begin(
+        &self,
+        tell: &mut dyn FnMut(TrainingEvent),
+    ) -> Result<(Trainer<TaskRig>, Option<f64>), SkillError> {
+        let Self {
+            folder,
+            task,
+            record,
+            ..
+        } = *self;
+        let rig = TaskRig::new(task)?;
+        let setting = record.setting.clone();
+        if self.resume && folder.checkpoint().is_file() {
+            let trainer = Trainer::resume(rig, task, setting, record.seed, &folder.checkpoint())?;
+            let best = folder.keep_metrics(trainer.progress().n_episodes)?;
+            return Ok((trainer, best));
+        }
+        if !self.resume {
             folder.begin(record)?;
         }
         folder.keep_metrics(0)?;
         let each = &mut |index, kept| tell(TrainingEvent::Grasp { index, kept });
-        (Trainer::new(rig, task, setting, record.seed, each)?, None)
-    };
-    trainer.set_watch(watch);
-    let mut last = None;
-    while trainer.progress().n_episodes < n_episodes && !stop.load(Ordering::Relaxed) {
-        let episode = trainer.episode()?;
-        folder.append(&episode)?;
-        tell(TrainingEvent::Episode(episode));
-        if trainer.is_evaluation_due() || episode.episode == n_episodes {
-            let evaluation = trainer.evaluate()?;
-            folder.append(&evaluation)?;
-            trainer.save(&folder.checkpoint())?;
-            if best.is_none_or(|best| evaluation.success_rate >= best) {
-                best = Some(evaluation.success_rate);
-                checkpoint::save_policy(
-                    &folder.policy(),
-                    &trainer.policy(),
-                    trainer.identity(),
-                    "",
-                )?;
-                folder.write_grasps(&trainer.progress().grasps)?;
-            }
-            last = Some(evaluation);
-            tell(TrainingEvent::Evaluation(evaluation));
-        }
+        Ok((Trainer::new(rig, task, setting, record.seed, each)?, None))
     }
-    let progress = trainer.progress();
-    Ok(TrainingSummary {
-        n_episodes: progress.n_episodes,
-        n_env_steps: progress.n_env_steps,
-        n_violations: progress.n_violations,
-        n_grasps: trainer
-            .environment()
-            .initiation()
-            .map_or(0, GraspInitiation::len),
-        best_success_rate: best,
-        last,
-        complete: progress.n_episodes >= n_episodes,
-    })
+
+    /// Keeps an evaluation, all that is needed to go on from it, and the policy if none was better.
+    fn keep(
+        &self,
+        trainer: &mut Trainer<TaskRig>,
+        evaluation: &EvaluationRecord,
+        best: &mut Option<f64>,
+    ) -> Result<(), SkillError> {
+        let folder = self.folder;
+        folder.append(evaluation)?;
+        trainer.save(&folder.checkpoint())?;
+        if best.is_none_or(|best| evaluation.success_rate >= best) {
+            *best = Some(evaluation.success_rate);
+            checkpoint::save_policy(&folder.policy(), &trainer.policy(), trainer.identity(), "")?;
+            folder.write_grasps(&trainer.progress().grasps)?;
+        }
+        Ok(())
+    }
 }
 
 /// Which policy of a folder is meant.

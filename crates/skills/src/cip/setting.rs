@@ -112,9 +112,7 @@ pub struct CipSetting {
     pub head: bool,
     /// Guard of the joint limits.
     pub guard: GuardKind,
-    /// σ_1 and σ_2, rad. The text gives no values; the code has 0.3 and 0.2. Its null-space controller lets the tool coast
-    /// on, ours holds it, as the text has it: so ours takes the task away for good where the null space cannot help, as at
-    /// a folded elbow, and has to begin later.
+    /// σ_1 and σ_2, rad. The text gives no values; these are the code's.
     pub envelope_rad: [f64; 2],
     /// How the configuration is chosen.
     pub configuration: ConfigurationChoice,
@@ -152,7 +150,7 @@ impl CipSetting {
         let plain = Self {
             head: true,
             guard: GuardKind::Envelope,
-            envelope_rad: [0.2, 0.13],
+            envelope_rad: [0.3, 0.2],
             configuration: ConfigurationChoice::Manipulability,
             grasps: GraspChoice::Ucb,
             bandit: BanditParams {
@@ -229,11 +227,10 @@ impl CipSetting {
 
     /// The setting with what the dissertation's code has in place of its text, and of what the text leaves open.
     #[must_use]
-    pub fn as_in_the_code(self) -> Self {
+    pub fn like_the_code(self) -> Self {
         let code = Td3Params::as_in_the_code();
         Self {
             reward: Reward::Ratchet,
-            envelope_rad: [0.3, 0.2],
             ranges: ActionRanges {
                 gripper: GripperAction::Direction,
                 ..self.ranges
