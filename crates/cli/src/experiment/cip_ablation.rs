@@ -107,9 +107,9 @@ pub(super) fn run(args: &RunArgs, console: &Console) -> anyhow::Result<Answer> {
         if !is_complete {
             lines.push("stopped; the same command goes on".to_owned());
         }
-        lines.push(format!(
-            "draw them: factotum experiment report cip-ablation --from {out}"
-        ));
+        let hint = (!results.is_empty())
+            .then(|| format!("draw them: factotum experiment report cip-ablation --from {out}"));
+        lines.extend(hint);
         lines.join("\n")
     })?;
     Ok(Answer::from(is_complete && n_failed == 0))
