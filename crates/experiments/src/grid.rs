@@ -68,7 +68,7 @@ pub enum GridError {
         folder: PathBuf,
     },
     /// A line of metrics is neither an episode nor an evaluation.
-    #[error("`{}` line {line}: neither an episode nor an evaluation: {source}", file.display())]
+    #[error("`{}` line {line}: neither an episode nor an evaluation", file.display())]
     Metrics {
         /// The file.
         file: PathBuf,

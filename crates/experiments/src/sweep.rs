@@ -40,7 +40,7 @@ pub enum SweepError {
     #[error(transparent)]
     Storage(#[from] StorageError),
     /// A line of earlier results is not one of ours.
-    #[error("`{}` line {line}: not the result of a run: {source}", file.display())]
+    #[error("`{}` line {line}: not the result of a run", file.display())]
     Result {
         /// The file.
         file: PathBuf,

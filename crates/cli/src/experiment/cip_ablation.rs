@@ -194,9 +194,11 @@ fn success_words(result: &CellResult) -> String {
 
 /// Bad input ends with another exit code than a fault of ours.
 fn of_input(error: GridError) -> anyhow::Error {
-    if error.is_of_input() {
-        usage(error)
+    let is_of_input = error.is_of_input();
+    let error = anyhow::Error::from(error);
+    if is_of_input {
+        usage(format!("{error:#}"))
     } else {
-        error.into()
+        error
     }
 }

@@ -173,7 +173,8 @@ fn results_that_cannot_be_reported_are_named() {
     let refused = |wanted: &[&str]| {
         let error = report(dir.path(), dir.path()).unwrap_err();
         assert!(error.is_of_input(), "{error:?}");
-        let message = error.to_string();
+        let cause = std::error::Error::source(&error).map(ToString::to_string);
+        let message = format!("{error}: {}", cause.unwrap_or_default());
         assert!(
             wanted.iter().all(|words| message.contains(words)),
             "{message}"
