@@ -13,6 +13,7 @@ use factotum_experiments::skill_folder::{SkillFolder, SkillRecord};
 use factotum_experiments::skill_training::{
     SkillError, Training, TrainingEvent, TrainingSummary, WhichPolicy, evaluate,
 };
+use factotum_skills::cip::perturbation::Perturbation;
 use factotum_skills::cip::setting::Ablation;
 use factotum_skills::cip::training::EvaluationRecord;
 use serde_json::json;
@@ -67,9 +68,62 @@ pub(crate) struct EvalArgs {
     /// Seed of the rollouts.
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    #[command(flatten)]
+    perturb: PerturbArgs,
     /// Which policy: that of the best evaluation while training, or that of the last.
     #[arg(long, value_enum, default_value_t = PolicyName::Best)]
     policy: PolicyName,
+}
+
+/// What may be otherwise than the skill was trained for.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Otherwise than it was trained for")]
+struct PerturbArgs {
+    /// Factor of the damping of the object's joint.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    damping: f64,
+    /// Factor of the dry friction of the object's joint.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    friction: f64,
+    /// Standard deviation of the error of the object's position along each axis.
+    #[arg(long, value_name = "MM", default_value_t = 0.0)]
+    pose_error_mm: f64,
+    /// Standard deviation of the error of its orientation about each axis.
+    #[arg(long, value_name = "DEG", default_value_t = 0.0)]
+    pose_error_deg: f64,
+    /// Standard deviation of the error of the grasp's position along each axis.
+    #[arg(long, value_name = "MM", default_value_t = 0.0)]
+    grasp_error_mm: f64,
+    /// Standard deviation of the error of its orientation about each axis.
+    #[arg(long, value_name = "DEG", default_value_t = 0.0)]
+    grasp_error_deg: f64,
+}
+
+impl PerturbArgs {
+    fn checked(&self) -> anyhow::Result<Perturbation> {
+        for (name, value) in [
+            ("--damping", self.damping),
+            ("--friction", self.friction),
+            ("--pose-error-mm", self.pose_error_mm),
+            ("--pose-error-deg", self.pose_error_deg),
+            ("--grasp-error-mm", self.grasp_error_mm),
+            ("--grasp-error-deg", self.grasp_error_deg),
+        ] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(usage(format!(
+                    "{name} is {value}, expected a finite number of at least 0"
+                )));
+            }
+        }
+        Ok(Perturbation {
+            damping: self.damping,
+            friction: self.friction,
+            pose_m: 1e-3 * self.pose_error_mm,
+            pose_rad: self.pose_error_deg.to_radians(),
+            grasp_m: 1e-3 * self.grasp_error_mm,
+            grasp_rad: self.grasp_error_deg.to_radians(),
+        })
+    }
 }
 
 /// The policies that a folder keeps.
@@ -218,8 +272,17 @@ fn eval_command(args: &EvalArgs, console: &Console) -> anyhow::Result<Answer> {
         PolicyName::Best => WhichPolicy::Best,
     };
     console.progress(format!("{} rollouts of {}", args.rollouts, task.name));
-    let (evaluation, _) =
-        evaluate(&folder, &task, &record, which, args.rollouts, args.seed).map_err(of_input)?;
+    let perturbation = args.perturb.checked()?;
+    let judged = evaluate(
+        &folder,
+        &task,
+        &record,
+        which,
+        &perturbation,
+        args.rollouts,
+        args.seed,
+    );
+    let (evaluation, _) = judged.map_err(of_input)?;
     let document = json!({
         "success_rate": evaluation.success_rate,
         "violation_rate": evaluation.violation_rate,

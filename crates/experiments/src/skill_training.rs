@@ -7,6 +7,7 @@ use factotum_learning::bandit::BanditParams;
 use factotum_learning::checkpoint::{self, CheckpointError};
 use factotum_skills::cip::environment::{CipEnvironment, CipError, PhaseWatch, Summary};
 use factotum_skills::cip::initiation::GraspInitiation;
+use factotum_skills::cip::perturbation::Perturbation;
 use factotum_skills::cip::training::{
     EpisodeRecord, EvaluationRecord, Trainer, TrainingError, identity, judge,
 };
@@ -204,10 +205,11 @@ pub fn evaluate(
     task: &TaskSpec,
     record: &SkillRecord,
     which: WhichPolicy,
+    perturbation: &Perturbation,
     rollouts: u32,
     seed: u64,
 ) -> Result<(EvaluationRecord, Vec<Summary>), SkillError> {
-    let rig = TaskRig::new(task)?;
+    let rig = TaskRig::perturbed(task, perturbation)?;
     let setting = record.setting.clone();
     let bandit: BanditParams = setting.bandit;
     let (mut policy, initiation) = match which {

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use crate::engine;
 use crate::error::PhysicsError;
-use crate::ids::GeomId;
+use crate::ids::{GeomId, JointId};
 use crate::model::Model;
 use crate::tables::Tables;
 
@@ -74,6 +74,36 @@ impl ModelEdit<'_> {
         let of_bodies =
             unsafe { std::slice::from_raw_parts_mut(self.raw.body_conaffinity, n_bodies) };
         of_bodies[body] = union(affinities);
+    }
+
+    /// Multiplies damping and dry friction of a hinge or slide, by factors of at least 0.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Argument`] for a factor that is negative or not finite.
+    pub fn scale_joint_resistance(
+        &mut self,
+        joint: JointId,
+        damping: f64,
+        friction: f64,
+    ) -> Result<(), PhysicsError> {
+        for (what, factor) in [("damping factor", damping), ("friction factor", friction)] {
+            if !(factor >= 0.0 && factor.is_finite()) {
+                return Err(PhysicsError::Argument {
+                    what,
+                    found: factor.to_string(),
+                    expected: "a finite number of at least 0",
+                });
+            }
+        }
+        let dof = self.tables.joints[joint.0].dof_adr;
+        let n = self.tables.n_v;
+        // SAFETY: dof_damping holds nv values; the copy is held by this edit alone.
+        let dampings = unsafe { std::slice::from_raw_parts_mut(self.raw.dof_damping, n) };
+        dampings[dof] *= damping;
+        // SAFETY: dof_frictionloss holds nv values; as above.
+        let frictions = unsafe { std::slice::from_raw_parts_mut(self.raw.dof_frictionloss, n) };
+        frictions[dof] *= friction;
+        Ok(())
     }
 
     /// Sets the distance (m) from which a geom's contacts are found.

@@ -24,6 +24,7 @@ pub mod grasp_search;
 pub mod guide;
 pub mod initiation;
 pub mod observation;
+pub mod perturbation;
 pub mod rig;
 pub mod setting;
 pub mod training;

@@ -21,6 +21,7 @@ use factotum_physics::{
     ActuatorId, AttachPoint, BodyId, GeomId, JointId, Model, Motion, Part, PhysicsError, Primitive,
     SceneBuilder, SceneOptions, Shape, SiteId, State,
 };
+use factotum_skills::cip::perturbation::Perturbation;
 use factotum_skills::cip::rig::{Anatomy, Placing, Reading, Rig, RigCommand};
 use nalgebra::{DMatrix, DVector, Matrix6xX, Point3, Vector3};
 
@@ -124,6 +125,14 @@ impl TaskRig {
     /// # Errors
     /// [`RigError`] if a model does not load, or the task names what its models do not have.
     pub fn new(task: &TaskSpec) -> Result<Self, RigError> {
+        Self::perturbed(task, &Perturbation::default())
+    }
+
+    /// As [`TaskRig::new`], with another resistance of the object's joint.
+    ///
+    /// # Errors
+    /// As [`TaskRig::new`].
+    pub fn perturbed(task: &TaskSpec, perturbation: &Perturbation) -> Result<Self, RigError> {
         let robot = RobotDescription::load(&task.robot)?;
         if robot.gripper.is_none() {
             return Err(misfit(
@@ -139,6 +148,14 @@ impl TaskRig {
         };
         let model = compose(task, &robot).map_err(physics)?;
         let ids = look_up(task, &robot, &model)?;
+        let model = model
+            .edited(|edit| {
+                let Perturbation {
+                    damping, friction, ..
+                } = *perturbation;
+                edit.scale_joint_resistance(ids.object_joint, damping, friction)
+            })
+            .map_err(physics)?;
         let range = model.joint_range(ids.object_joint);
         if let Some([low, high]) = range {
             for (field, value) in [("start", task.start), ("goal", task.goal)] {

@@ -1,5 +1,7 @@
 //! A contact task as something to learn on: the head ends in a grasp, then π_c acts until β_c or B.
 
+use std::borrow::Cow;
+
 use factotum_control::ControlError;
 use factotum_descriptions::{PlacementRange, TaskSpec};
 use factotum_geometry::Pose;
@@ -16,7 +18,8 @@ use super::ending::{FailureClassifier, FailureKind, FailureMemory, SuccessIndica
 use super::guide::Guide;
 use super::initiation::{GraspChoice, GraspInitiation};
 use super::observation::{n_observation, observe_into};
-use super::rig::{Placing, Rig};
+use super::perturbation::Perturbation;
+use super::rig::{Placing, Reading, Rig};
 use super::setting::{CipSetting, Reward};
 
 /// Control periods in which the fingers close before the policy begins, as in the dissertation's code.
@@ -132,6 +135,9 @@ pub struct CipEnvironment<R> {
     guide: Option<Guide>,
     scene: PlanningScene,
     mode: Mode,
+    perturbation: Perturbation,
+    /// Of the episode: where the object is, from where it is believed to be.
+    believed_from_true: Pose,
     memory: FailureMemory,
     best_progress: f64,
     opening: f64,
@@ -196,6 +202,8 @@ impl<R: Rig> CipEnvironment<R> {
             guide,
             scene,
             mode: Mode::Learn,
+            perturbation: Perturbation::default(),
+            believed_from_true: Pose::identity(),
             memory: FailureMemory::default(),
             best_progress: 0.0,
             opening: 1.0,
@@ -250,6 +258,11 @@ impl<R: Rig> CipEnvironment<R> {
         self.mode = mode;
     }
 
+    /// What is otherwise from the next episode on; the joint's resistance is the rig's.
+    pub fn set_perturbation(&mut self, perturbation: Perturbation) {
+        self.perturbation = perturbation;
+    }
+
     /// What came of the last episode.
     pub fn summary(&self) -> Summary {
         self.summary
@@ -258,7 +271,7 @@ impl<R: Rig> CipEnvironment<R> {
     /// Begins an episode without a grasp, in the home posture.
     fn begin_at_home(&mut self, base_from_object: Pose) -> Result<(), CipError<R::Error>> {
         let placing = Placing {
-            base_from_object,
+            base_from_object: base_from_object * self.believed_from_true,
             object_joint: self.success.start,
             q: self.rig.anatomy().robot.q_ready(),
             opening: 1.0,
@@ -318,7 +331,8 @@ impl<R: Rig> CipEnvironment<R> {
         let Some(initiation) = &self.initiation else {
             return Err(CipError::NoInitiation);
         };
-        let base_from_tcp = base_from_object * initiation.object_from_tcp(grasp);
+        let grasp_from_tcp = self.perturbation.grasp_from_tcp(rng);
+        let base_from_tcp = base_from_object * initiation.object_from_tcp(grasp) * grasp_from_tcp;
         let width_m = initiation.width_m(grasp);
         self.take_pose(base_from_object, &base_from_tcp, width_m, rng)
     }
@@ -338,7 +352,7 @@ impl<R: Rig> CipEnvironment<R> {
         let opening = ((width_m + 2.0 * FINGER_ROOM_M) / aperture_max_m).clamp(0.1, 1.0);
         for q in found.into_iter().take(CONFIGURATIONS_TRIED) {
             let placing = Placing {
-                base_from_object: *base_from_object,
+                base_from_object: base_from_object * self.believed_from_true,
                 object_joint: self.success.start,
                 q,
                 opening,
@@ -433,6 +447,25 @@ impl<R: Rig> CipEnvironment<R> {
         Ok(())
     }
 
+    /// What is felt, with the object where it is believed to be.
+    fn believed(&self) -> Cow<'_, Reading> {
+        let reading = self.rig.reading();
+        if self.believed_from_true == Pose::identity() {
+            return Cow::Borrowed(reading);
+        }
+        let base_from_object = reading.base_from_object * self.believed_from_true.inverse();
+        let shift = base_from_object * reading.base_from_object.inverse();
+        Cow::Owned(Reading {
+            base_from_object,
+            region: shift * reading.region,
+            ..reading.clone()
+        })
+    }
+
+    fn observe(&self, observation: &mut [f32]) {
+        observe_into(&self.believed(), observation);
+    }
+
     fn record(&mut self, grasp: usize, success: bool) {
         if self.mode == Mode::Learn
             && let Some(initiation) = &mut self.initiation
@@ -497,12 +530,13 @@ impl<R: Rig> Environment for CipEnvironment<R> {
         self.summary = Summary::default();
         self.opening = 1.0;
         let base_from_object = self.placement.at(rng.random());
+        self.believed_from_true = self.perturbation.believed_from_true(rng);
         if self.setting.head {
             self.begin_in_grasp(base_from_object, rng)?;
         } else {
             self.begin_at_home(base_from_object)?;
         }
-        observe_into(self.rig.reading(), observation);
+        self.observe(observation);
         if self.mode == Mode::Learn {
             self.enter(Phase::Steps);
         }
@@ -515,7 +549,7 @@ impl<R: Rig> Environment for CipEnvironment<R> {
         let n = action.len().min(N_ACTION);
         whole[..n].copy_from_slice(&action[..n]);
         if let Some(guide) = &self.guide {
-            whole = guide.corrected(self.rig.reading(), &self.setting.ranges, action)?;
+            whole = guide.corrected(&self.believed(), &self.setting.ranges, action)?;
         }
         self.act(&whole)?;
         self.summary.n_steps += 1;
@@ -524,7 +558,6 @@ impl<R: Rig> Environment for CipEnvironment<R> {
         let progress = self.success.progress(reading);
         self.summary.failure = self.failure.judge(&mut self.memory, reading, progress);
         self.summary.success = self.success.holds(reading) && !self.summary.violation;
-        observe_into(reading, observation);
         let ending = match self.summary.failure {
             _ if self.summary.success => Ending::Terminal,
             Some(FailureKind::TimeOut) => Ending::Cut,
@@ -534,6 +567,7 @@ impl<R: Rig> Environment for CipEnvironment<R> {
         if self.summary.success {
             self.summary.failure = None;
         }
+        self.observe(observation);
         let reward = self.reward(before, progress, ending) as f32;
         self.best_progress = self.best_progress.max(progress);
         if ending.is_over()
