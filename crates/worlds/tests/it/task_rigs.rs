@@ -2,6 +2,7 @@
 
 use factotum_descriptions::TaskSpec;
 use factotum_skills::cip::environment::CipError;
+use factotum_skills::cip::perturbation::Perturbation;
 use factotum_skills::cip::setting::{Ablation, CipSetting};
 use factotum_skills::cip::training::{EpisodeRecord, Trainer, TrainingError};
 use factotum_worlds::{RigError, TaskRig};
@@ -120,4 +121,29 @@ fn an_object_out_of_reach_is_said_to_be() {
         "{error}"
     );
     assert!(error.to_string().contains("placement"), "{error}");
+}
+
+#[test]
+fn a_stiffer_joint_takes_longer_and_a_factor_that_is_none_is_refused() {
+    let task = task("door");
+    let secs = |damping: f64| {
+        let perturbation = Perturbation {
+            damping,
+            ..Perturbation::default()
+        };
+        let rig = TaskRig::perturbed(&task, &perturbation).unwrap();
+        let setting = quick(Ablation::Fast);
+        let mut trainer = Trainer::new(rig, &task, setting, 3, &mut |_, _| ()).unwrap();
+        let evaluation = trainer.evaluate().unwrap();
+        assert_eq!(evaluation.success_rate, 1.0, "{damping}: {evaluation:?}");
+        evaluation.time_to_success_secs.unwrap()
+    };
+    // The hinge has 0.1 N m s/rad: thirty times that is felt, and fifty times pulls the handle out of the fingers.
+    assert!(secs(30.0) > 1.05 * secs(1.0));
+    let none = Perturbation {
+        friction: -1.0,
+        ..Perturbation::default()
+    };
+    let error = TaskRig::perturbed(&task, &none).unwrap_err().to_string();
+    assert!(error.contains("friction factor is -1"), "{error}");
 }
