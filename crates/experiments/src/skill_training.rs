@@ -177,12 +177,14 @@ impl Training<'_> {
     ) -> Result<(), SkillError> {
         let folder = self.folder;
         folder.append(evaluation)?;
-        trainer.save(&folder.checkpoint())?;
         if best.is_none_or(|best| evaluation.success_rate >= best) {
             *best = Some(evaluation.success_rate);
             checkpoint::save_policy(&folder.policy(), &trainer.policy(), trainer.identity(), "")?;
-            folder.write_grasps(&trainer.progress().grasps)?;
+            let initiation = trainer.environment().initiation();
+            folder.write_grasps(&initiation.map(GraspInitiation::grasps).unwrap_or_default())?;
         }
+        // Last: a run that is killed before this lives through the same episodes again, to the same policy.
+        trainer.save(&folder.checkpoint())?;
         Ok(())
     }
 }
