@@ -240,5 +240,6 @@ pub fn evaluate(
     };
     let mut environment =
         CipEnvironment::new(rig, task, setting, initiation).map_err(TrainingError::Environment)?;
+    environment.set_perturbation(*perturbation);
     Ok(judge(&mut environment, &mut policy, rollouts, seed)?)
 }

@@ -107,6 +107,26 @@ fn a_skill_is_learned_gone_on_with_and_judged() {
         assert!(document["time_to_success_secs"].as_f64().unwrap() > 0.0);
     }
 
+    // Another resistance, and errors of what it believes, are felt.
+    let under = |error: &[&str]| {
+        let arguments = ["--json", "skill", "eval", "skill", "--rollouts", "2"];
+        let judged = factotum_in(dir, &[&arguments, error].concat());
+        assert_eq!(judged.code, Some(0), "{}", judged.stderr);
+        judged.stdout
+    };
+    let plain = under(&[]);
+    for error in [
+        ["--damping", "100"],
+        ["--pose-error-mm", "3"],
+        ["--pose-error-deg", "2"],
+        ["--grasp-error-mm", "3"],
+        ["--grasp-error-deg", "5"],
+    ] {
+        assert_ne!(under(&error), plain, "{error:?}");
+    }
+    let refused = factotum_in(dir, &["skill", "eval", "skill", "--friction", "-1"]);
+    assert_eq!(refused.code, Some(2));
+
     // A policy of one task is none of another.
     let record = dir.join("skill/skill.toml");
     let text = std::fs::read_to_string(&record).unwrap();

@@ -46,6 +46,8 @@ pub enum FailureKind {
     Cornered,
     /// It took too long.
     TimeOut,
+    /// Nothing could be taken hold of, so that it did not even begin.
+    NoGrasp,
 }
 
 /// B: whether the skill has failed.

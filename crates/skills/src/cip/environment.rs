@@ -530,7 +530,10 @@ impl<R: Rig> Environment for CipEnvironment<R> {
         self.summary = Summary::default();
         self.opening = 1.0;
         let base_from_object = self.placement.at(rng.random());
-        self.believed_from_true = self.perturbation.believed_from_true(rng);
+        let middle = self.initiation.as_ref().map(GraspInitiation::middle);
+        self.believed_from_true = self
+            .perturbation
+            .believed_from_true(middle.unwrap_or_default(), rng);
         if self.setting.head {
             self.begin_in_grasp(base_from_object, rng)?;
         } else {

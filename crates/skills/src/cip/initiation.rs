@@ -15,6 +15,7 @@ use std::path::Path;
 use factotum_descriptions::Placement;
 use factotum_geometry::Pose;
 use factotum_learning::bandit::{Arm, Bandit, BanditError, BanditParams};
+use nalgebra::Vector3;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -142,6 +143,12 @@ impl GraspInitiation {
     /// Width of what is between the fingers in a grasp, metres.
     pub fn width_m(&self, grasp: usize) -> f64 {
         self.given[grasp].width_m
+    }
+
+    /// Middle of all grasps, in Λ.
+    pub fn middle(&self) -> Vector3<f64> {
+        let sum: Vector3<f64> = self.poses.iter().map(|pose| pose.translation.vector).sum();
+        sum / self.poses.len().max(1) as f64
     }
 
     /// Probability that the skill succeeds from a tool pose in Λ; one half where nothing is known.

@@ -15,7 +15,7 @@ pub struct Perturbation {
     pub friction: f64,
     /// Standard deviation of the error of the object's pose, along each axis, metres.
     pub pose_m: f64,
-    /// And about each axis, radians.
+    /// And about each axis through the middle of its grasps, radians.
     pub pose_rad: f64,
     /// Standard deviation of the error of the grasp, along each axis of the tool, metres.
     pub grasp_m: f64,
@@ -37,9 +37,13 @@ impl Default for Perturbation {
 }
 
 impl Perturbation {
-    /// Where the object is, from where it is believed to be.
-    pub fn believed_from_true(&self, rng: &mut ChaCha8Rng) -> Pose {
-        error(self.pose_m, self.pose_rad, rng)
+    /// Where the object is, from where it is believed to be; it is turned about `middle`, in Λ, where it is grasped.
+    pub fn believed_from_true(&self, middle: Vector3<f64>, rng: &mut ChaCha8Rng) -> Pose {
+        let off = error(self.pose_m, self.pose_rad, rng);
+        if off == Pose::identity() {
+            return off;
+        }
+        Translation3::from(middle) * off * Translation3::from(-middle)
     }
 
     /// Where the tool comes to be, from where the grasp should be.
@@ -76,7 +80,8 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let untouched = rng.clone();
         let none = Perturbation::default();
-        assert_eq!(none.believed_from_true(&mut rng), Pose::identity());
+        let middle = Vector3::new(0.5, -0.3, 0.1);
+        assert_eq!(none.believed_from_true(middle, &mut rng), Pose::identity());
         assert_eq!(rng, untouched);
         let some = Perturbation {
             pose_m: 0.01,
@@ -87,7 +92,7 @@ mod tests {
         let (mut squares, mut angles) = (0.0, 0.0);
         for _ in 0..n {
             squares += some
-                .believed_from_true(&mut rng)
+                .believed_from_true(middle, &mut rng)
                 .translation
                 .vector
                 .norm_squared();

@@ -352,12 +352,24 @@ fn roll_out<R: Rig>(
     rng: &mut ChaCha8Rng,
 ) -> Result<Vec<Summary>, TrainingError<R::Error>> {
     environment.set_mode(Mode::Evaluate);
-    (0..rollouts)
-        .map(|_| {
-            evaluate_episode(policy, environment, rng).map_err(|error| stopped(0, error))?;
-            Ok(environment.summary())
-        })
-        .collect()
+    let mut summaries: Vec<Summary> = Vec::new();
+    for rollout in 0..rollouts {
+        match evaluate_episode(policy, environment, rng) {
+            Ok(_) => summaries.push(environment.summary()),
+            // Where nothing can be taken hold of at all, the task is wrong; now and then, it is the skill that failed.
+            Err(EpisodeError::Environment(CipError::NoGrasp { .. }))
+                if rollout + 1 < rollouts
+                    || summaries.iter().any(|summary| summary.n_steps > 0) =>
+            {
+                summaries.push(Summary {
+                    failure: Some(FailureKind::NoGrasp),
+                    ..Summary::default()
+                });
+            }
+            Err(error) => return Err(stopped(0, error)),
+        }
+    }
+    Ok(summaries)
 }
 
 fn stopped<E: std::error::Error + 'static>(
@@ -378,7 +390,8 @@ fn evaluation(progress: &Progress, summaries: &[Summary]) -> EvaluationRecord {
         .iter()
         .filter(|summary| summary.success)
         .map(|summary| summary.secs);
-    let forces = summaries.iter().map(|summary| summary.peak_force_n);
+    let begun = summaries.iter().filter(|summary| summary.n_steps > 0);
+    let forces = begun.map(|summary| summary.peak_force_n);
     EvaluationRecord {
         episode: progress.n_episodes,
         env_steps: progress.n_env_steps,
