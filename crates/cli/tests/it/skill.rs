@@ -107,7 +107,7 @@ fn a_skill_is_learned_gone_on_with_and_judged() {
         assert!(document["time_to_success_secs"].as_f64().unwrap() > 0.0);
     }
 
-    // Another resistance, and errors of what it believes, are felt.
+    // Errors of what it believes are felt.
     let under = |error: &[&str]| {
         let arguments = ["--json", "skill", "eval", "skill", "--rollouts", "2"];
         let judged = factotum_in(dir, &[&arguments, error].concat());
@@ -116,7 +116,6 @@ fn a_skill_is_learned_gone_on_with_and_judged() {
     };
     let plain = under(&[]);
     for error in [
-        ["--damping", "100"],
         ["--pose-error-mm", "3"],
         ["--pose-error-deg", "2"],
         ["--grasp-error-mm", "3"],
