@@ -1,5 +1,6 @@
 //! Finding the shipped models: `assets/` beside the sources, beside the program, or where the user says.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use crate::console::usage;
@@ -54,19 +55,12 @@ pub(crate) fn task(name: &Path) -> anyhow::Result<PathBuf> {
     if shipped.is_file() {
         return Ok(shipped);
     }
-    let mut known: Vec<String> = std::fs::read_dir(&shelf)
-        .map(|entries| {
-            let files = entries.flatten().map(|entry| entry.path());
-            files
-                .filter(|file| {
-                    file.extension()
-                        .is_some_and(|extension| extension == "toml")
-                })
-                .filter_map(|file| Some(file.file_stem()?.to_string_lossy().into_owned()))
-                .collect()
-        })
-        .unwrap_or_default();
-    known.sort();
+    let known = shipped_names(&shelf, |path| {
+        let is_task = path
+            .extension()
+            .is_some_and(|extension| extension == "toml");
+        is_task.then(|| path.file_stem()).flatten()
+    });
     Err(usage(format!(
         "task `{}` is neither a task file nor shipped; shipped: {}",
         name.display(),
@@ -92,19 +86,25 @@ fn find(name: &Path, kind: &str, file: &str, noun: &str) -> anyhow::Result<PathB
     if shipped.join(file).is_file() {
         return Ok(shipped);
     }
-    let mut known: Vec<String> = std::fs::read_dir(&shelf)
-        .map(|entries| {
-            entries
-                .flatten()
-                .filter(|entry| entry.path().join(file).is_file())
-                .map(|entry| entry.file_name().to_string_lossy().into_owned())
-                .collect()
-        })
-        .unwrap_or_default();
-    known.sort();
+    let known = shipped_names(&shelf, |path| {
+        path.join(file)
+            .is_file()
+            .then(|| path.file_name())
+            .flatten()
+    });
     Err(usage(format!(
         "{noun} `{}` is neither a folder with `{file}` nor shipped; shipped: {}",
         name.display(),
         known.join(", ")
     )))
+}
+
+/// The names that `name_of` gives the entries of a folder, in order.
+fn shipped_names(shelf: &Path, name_of: impl Fn(&Path) -> Option<&OsStr>) -> Vec<String> {
+    let entries = std::fs::read_dir(shelf).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries
+        .filter_map(|entry| Some(name_of(&entry.path())?.to_string_lossy().into_owned()))
+        .collect();
+    names.sort();
+    names
 }

@@ -3,7 +3,6 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use factotum_descriptions::TaskSpec;
-use factotum_learning::bandit::BanditParams;
 use factotum_learning::checkpoint::{self, CheckpointError};
 use factotum_skills::cip::environment::{CipEnvironment, CipError, PhaseWatch, Summary};
 use factotum_skills::cip::initiation::GraspInitiation;
@@ -213,33 +212,23 @@ pub fn evaluate(
 ) -> Result<(EvaluationRecord, Vec<Summary>), SkillError> {
     let rig = TaskRig::perturbed(task, perturbation)?;
     let setting = record.setting.clone();
-    let bandit: BanditParams = setting.bandit;
-    let (mut policy, initiation) = match which {
+    let (mut environment, mut policy) = match which {
         WhichPolicy::Best => {
             let (policy, _) = checkpoint::load_policy(&folder.policy(), &identity(&rig, task))?;
-            let grasps = setting
+            let initiation = setting
                 .head
-                .then(|| GraspInitiation::read(&folder.grasps(), bandit))
+                .then(|| GraspInitiation::read(&folder.grasps(), setting.bandit))
                 .transpose()
                 .map_err(TrainingError::Initiation)?;
-            (policy, grasps)
+            let environment = CipEnvironment::new(rig, task, setting, initiation)
+                .map_err(TrainingError::Environment)?;
+            (environment, policy)
         }
         WhichPolicy::Last => {
-            let trainer = Trainer::resume(
-                TaskRig::new(task)?,
-                task,
-                setting.clone(),
-                record.seed,
-                &folder.checkpoint(),
-            )?;
-            (
-                trainer.policy(),
-                trainer.environment().initiation().cloned(),
-            )
+            let checkpoint = folder.checkpoint();
+            Trainer::resume(rig, task, setting, record.seed, &checkpoint)?.into_parts()
         }
     };
-    let mut environment =
-        CipEnvironment::new(rig, task, setting, initiation).map_err(TrainingError::Environment)?;
     environment.set_perturbation(*perturbation);
     Ok(judge(&mut environment, &mut policy, rollouts, seed)?)
 }

@@ -35,7 +35,7 @@ use crate::elementwise::{all_finite, blend};
 use crate::mlp::{Activation, Architecture, Mlp, Pass};
 use crate::panels::{Lanes, Panels, WIDTH, ZERO};
 use crate::replay::{Batch, Replay, Transition, write_columns};
-use error::{check_finite, check_observation};
+use error::{check_finite, check_observation, check_size};
 
 /// Streams of random numbers, by purpose.
 const INITIALISE: u64 = 0;
@@ -433,25 +433,9 @@ impl Td3 {
     }
 
     fn check_sizes(&self, observation: &[f32], action: &[f32]) -> Result<(), Td3Error> {
-        let sizes = [
-            ("observation", observation.len(), self.n_observation),
-            ("action", action.len(), self.n_action),
-        ];
-        sizes
-            .into_iter()
-            .try_for_each(|(what, found, wanted)| check_size(what, found, wanted))
+        check_size("observation", observation.len(), self.n_observation)?;
+        check_size("action", action.len(), self.n_action)
     }
-}
-
-fn check_size(what: &'static str, found: usize, wanted: usize) -> Result<(), Td3Error> {
-    if found == wanted {
-        return Ok(());
-    }
-    Err(Td3Error::Size {
-        what,
-        found,
-        wanted,
-    })
 }
 
 #[cfg(test)]

@@ -51,6 +51,17 @@ pub enum Td3Error {
     NothingRecorded,
 }
 
+pub(super) fn check_size(what: &'static str, found: usize, wanted: usize) -> Result<(), Td3Error> {
+    if found == wanted {
+        return Ok(());
+    }
+    Err(Td3Error::Size {
+        what,
+        found,
+        wanted,
+    })
+}
+
 pub(super) fn check_finite(what: &'static str, values: &[f32], at: u64) -> Result<(), Td3Error> {
     if values.iter().all(|value| value.is_finite()) {
         return Ok(());

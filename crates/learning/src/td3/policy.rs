@@ -3,7 +3,7 @@
 use crate::mlp::{Mlp, Pass};
 
 use super::Td3Error;
-use super::error::check_observation;
+use super::error::{check_observation, check_size};
 
 /// A deterministic policy: from an observation to an action within -1..=1.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,19 +38,8 @@ impl Policy {
     ///
     /// When a slice has another size than the policy, or a number is not finite.
     pub fn act_into(&mut self, observation: &[f32], action: &mut [f32]) -> Result<(), Td3Error> {
-        let sizes = [
-            ("observation", observation.len(), self.n_observation()),
-            ("action", action.len(), self.n_action()),
-        ];
-        if let Some((what, found, wanted)) =
-            sizes.into_iter().find(|(_, found, wanted)| found != wanted)
-        {
-            return Err(Td3Error::Size {
-                what,
-                found,
-                wanted,
-            });
-        }
+        check_size("observation", observation.len(), self.n_observation())?;
+        check_size("action", action.len(), self.n_action())?;
         check_observation(observation)?;
         self.network
             .evaluate_into(observation, &mut self.pass, action);

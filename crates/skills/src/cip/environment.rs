@@ -287,15 +287,18 @@ impl<R: Rig> CipEnvironment<R> {
         rng: &mut ChaCha8Rng,
     ) -> Result<(), CipError<R::Error>> {
         let (mut n_unreachable, mut n_touching, mut n_missed) = (0, 0, 0);
+        let ranked = match (self.mode, self.setting.grasps, &self.initiation) {
+            (Mode::Evaluate, GraspChoice::Ucb, Some(initiation)) => initiation.ranked(),
+            _ => Vec::new(),
+        };
         for attempt in 0..GRASPS_TRIED {
             let Some(initiation) = &self.initiation else {
                 return Err(CipError::NoInitiation);
             };
-            let grasp = match (self.mode, self.setting.grasps) {
-                (Mode::Evaluate, GraspChoice::Ucb) => {
-                    initiation.ranked()[attempt % initiation.len()]
-                }
-                (_, choice) => initiation.explore(choice, rng),
+            let grasp = if ranked.is_empty() {
+                initiation.explore(self.setting.grasps, rng)
+            } else {
+                ranked[attempt % ranked.len()]
             };
             match self.take(grasp, &base_from_object, rng)? {
                 Begun::Holding => {

@@ -74,11 +74,6 @@ impl Ablation {
             Self::Fast => "fast",
         }
     }
-
-    /// The setting of that name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|setting| setting.name() == name)
-    }
 }
 
 /// What keeps the joints from their limits.

@@ -247,6 +247,12 @@ impl<R: Rig> Trainer<R> {
         &self.identity
     }
 
+    /// What it learned on, and the policy as it is now.
+    pub fn into_parts(self) -> (CipEnvironment<R>, Policy) {
+        let policy = self.policy();
+        (self.environment, policy)
+    }
+
     /// The policy as it is now.
     pub fn policy(&self) -> Policy {
         self.learner.policy()
