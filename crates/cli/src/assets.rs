@@ -45,6 +45,11 @@ pub(crate) fn scene(name: &Path) -> anyhow::Result<PathBuf> {
     find(name, "scenes", "scene.toml", "scene")
 }
 
+/// A learned skill: a folder with `skill.toml`, or the name of a shipped one.
+pub(crate) fn skill(name: &Path) -> anyhow::Result<PathBuf> {
+    find(name, "skills", "skill.toml", "skill")
+}
+
 /// A task file: itself, or that of a shipped task.
 pub(crate) fn task(name: &Path) -> anyhow::Result<PathBuf> {
     if name.is_file() {

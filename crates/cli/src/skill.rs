@@ -1,6 +1,7 @@
 //! `factotum skill`: contact skills, learned and judged.
 
 mod curve;
+mod run;
 mod stopwatch;
 
 use std::path::{Path, PathBuf};
@@ -21,6 +22,7 @@ use serde_json::json;
 use crate::assets;
 use crate::console::{Answer, Console, tell, usage};
 use curve::Curve;
+use run::RunArgs;
 use stopwatch::Stopwatch;
 
 /// Arguments of `factotum skill`.
@@ -30,6 +32,8 @@ pub(crate) enum SkillCommand {
     Train(TrainArgs),
     /// Judge a learned skill by fresh rollouts.
     Eval(EvalArgs),
+    /// Do learned skills one after the other in a scene that none of them has seen.
+    Run(RunArgs),
 }
 
 /// Arguments of `factotum skill train`.
@@ -173,6 +177,7 @@ pub(crate) fn skill(command: &SkillCommand, console: &Console) -> anyhow::Result
     match command {
         SkillCommand::Train(args) => train_command(args, console),
         SkillCommand::Eval(args) => eval_command(args, console),
+        SkillCommand::Run(args) => run::run_command(args, console),
     }
 }
 

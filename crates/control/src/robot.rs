@@ -33,8 +33,12 @@ pub struct RobotState {
     pub arm_velocities: Vec<f64>,
     /// Gripper opening, 0 closed to 1 open.
     pub gripper_opening: f64,
-    /// Contact force on each gripper pad, N, in the order of `robot.toml`.
-    pub pad_forces_n: Vec<f64>,
+    /// Positions of the gripper's joints, m or rad, in the order of `robot.toml`.
+    pub finger_positions: Vec<f64>,
+    /// Their velocities.
+    pub finger_velocities: Vec<f64>,
+    /// Contact force on the finger of each gripper pad in the tool frame, N, in the order of `robot.toml`.
+    pub pad_forces_in_tcp: Vec<Vector3<f64>>,
     /// Estimated external wrench on the tool in the base frame: force (N), then torque (N m).
     pub tool_wrench_in_base: Vector6<f64>,
 }
@@ -57,6 +61,8 @@ pub enum Command {
     Joints(JointTrajectory),
     /// Move the tool along timed poses, compliantly.
     Tool(ToolPath),
+    /// Pull the tool to a pose for a short while, compliantly: what a policy says at each of its steps.
+    ToolGoal(ToolGoal),
     /// Drive along a path.
     BasePath(BasePath),
     /// Drive at a velocity for a short while.
@@ -76,6 +82,40 @@ pub struct ToolPath {
     pub stop_force_n: Option<f64>,
     /// How near the tool must be to the last pose to count as arrived, metres; short of it the motion aborts.
     pub tolerance_m: f64,
+}
+
+/// A tool pose that the arm is pulled to until the command expires (thesis Eq. 3.1); then the arm holds still.
+///
+/// A new one takes over from the last without a jerk, if the guard is the same.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToolGoal {
+    /// Where the tool should be.
+    pub base_from_tcp: Pose,
+    /// Stiffness and damping.
+    pub impedance: Impedance,
+    /// What keeps the joints from their limits meanwhile.
+    pub guard: GuardSpec,
+    /// The arm stops this long after the command unless another follows, seconds.
+    pub valid_secs: f64,
+}
+
+/// Which guard keeps the joints of an arm from their limits; distances in rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum GuardSpec {
+    /// None.
+    None,
+    /// The two thresholds of σ ([`crate::safety::SafetyEnvelope`]).
+    Envelope {
+        /// σ_1: within it the task acts in the null space alone.
+        null_space_rad: f64,
+        /// σ_2: within it the joint is pushed back.
+        push_back_rad: f64,
+    },
+    /// The barrier ([`crate::barrier::JointBarrier`]).
+    Barrier {
+        /// Distance that it keeps from a limit.
+        margin_rad: f64,
+    },
 }
 
 /// Gains of Eq. 3.1. They multiply the operational-space inertia, so their unit is 1/s².

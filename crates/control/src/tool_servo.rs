@@ -8,7 +8,7 @@ use nalgebra::DVector;
 
 use crate::barrier::JointBarrier;
 use crate::impedance::{OperationalSpace, Posture, ToolTarget, impedance_torques_in};
-use crate::robot::Impedance;
+use crate::robot::{GuardSpec, Impedance};
 use crate::safety::SafetyEnvelope;
 use crate::torque_limit::TorqueLimiter;
 use crate::{ArmState, ControlError};
@@ -25,6 +25,41 @@ pub enum JointGuard {
     Envelope(SafetyEnvelope),
     /// The barrier, which cannot be passed.
     Barrier(JointBarrier),
+}
+
+impl JointGuard {
+    /// The guard for an arm with these limits of its joints (rad, `None` for one that turns without end), joint speeds
+    /// (rad/s) and motors (N m).
+    ///
+    /// # Errors
+    /// [`ControlError`] if sizes disagree or a distance makes no sense.
+    pub fn new(
+        spec: GuardSpec,
+        limits_rad: &[Option<[f64; 2]>],
+        speed_max_rad_per_s: &[f64],
+        torque_max_nm: &[f64],
+    ) -> Result<Self, ControlError> {
+        Ok(match spec {
+            GuardSpec::None => Self::None,
+            GuardSpec::Envelope {
+                null_space_rad,
+                push_back_rad,
+            } => {
+                let envelope = SafetyEnvelope::new(limits_rad.to_vec(), torque_max_nm.to_vec())?;
+                let failure_rad = envelope.failure_rad;
+                Self::Envelope(envelope.with_thresholds(
+                    null_space_rad,
+                    push_back_rad,
+                    failure_rad,
+                )?)
+            }
+            GuardSpec::Barrier { margin_rad } => Self::Barrier(JointBarrier::new(
+                limits_rad.to_vec(),
+                speed_max_rad_per_s.to_vec(),
+                margin_rad,
+            )?),
+        })
+    }
 }
 
 /// Drives the tool to a target that may change at every step.

@@ -8,8 +8,11 @@
 //! Skills are trained into a [`skill_folder::SkillFolder`] by [`skill_training`]. A [`grid::Grid`] trains one for each
 //! task, setting and seed, and draws what came of it as a [`figure::Figure`].
 //!
+//! [`composition`] does skills that were learned apart one after the other.
+//!
 //! Nothing here reads the clock: times come as [`utc::UtcTime`] or as seconds of the robot's clock.
 
+pub mod composition;
 pub mod figure;
 pub mod grid;
 pub mod recording;

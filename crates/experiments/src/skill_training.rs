@@ -7,9 +7,11 @@ use factotum_learning::checkpoint::{self, CheckpointError};
 use factotum_skills::cip::environment::{CipEnvironment, CipError, PhaseWatch, Summary};
 use factotum_skills::cip::initiation::GraspInitiation;
 use factotum_skills::cip::perturbation::Perturbation;
+use factotum_skills::cip::rig::Rig as _;
 use factotum_skills::cip::training::{
     EpisodeRecord, EvaluationRecord, Trainer, TrainingError, identity, judge,
 };
+use factotum_skills::cip::{Primitive, PrimitiveError};
 use factotum_worlds::{RigError, TaskRig};
 
 use crate::skill_folder::{SkillFolder, SkillFolderError, SkillRecord};
@@ -30,6 +32,9 @@ pub enum SkillError {
     /// The policy's file.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
+    /// It cannot be used elsewhere.
+    #[error(transparent)]
+    Primitive(#[from] PrimitiveError),
 }
 
 impl SkillError {
@@ -48,7 +53,7 @@ impl SkillError {
                     | TrainingError::Notes { .. }
                     | TrainingError::Environment(CipError::NoGrasp { .. })
             ),
-            Self::Checkpoint(_) => true,
+            Self::Checkpoint(_) | Self::Primitive(_) => true,
         }
     }
 }
@@ -231,4 +236,34 @@ pub fn evaluate(
     };
     environment.set_perturbation(*perturbation);
     Ok(judge(&mut environment, &mut policy, rollouts, seed)?)
+}
+
+/// The skill of a folder as a primitive for any robot of its kind: the policy of the best evaluation, and I_c.
+///
+/// # Errors
+/// [`SkillError`], such as for a policy of another task or robot, or a skill that was learned without a head.
+pub fn primitive(
+    folder: &SkillFolder,
+    task: &TaskSpec,
+    record: &SkillRecord,
+) -> Result<Primitive, SkillError> {
+    let rig = TaskRig::new(task)?;
+    let (policy, _) = checkpoint::load_policy(&folder.policy(), &identity(&rig, task))?;
+    let setting = record.setting.clone();
+    let initiation = setting
+        .head
+        .then(|| GraspInitiation::read(&folder.grasps(), setting.bandit))
+        .transpose()
+        .map_err(TrainingError::Initiation)?;
+    let reading = rig.reading();
+    let object_from_region = reading.base_from_object.inverse() * reading.region;
+    let anatomy = rig.anatomy().clone();
+    Ok(Primitive::new(
+        task.clone(),
+        anatomy,
+        object_from_region,
+        setting,
+        policy,
+        initiation,
+    )?)
 }

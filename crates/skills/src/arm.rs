@@ -73,6 +73,18 @@ pub struct ToolPathNeeds {
     pub tolerance_m: f64,
 }
 
+impl ToolPathNeeds {
+    /// Slow and soft, for a tool that holds something or leaves it, with this tolerance (metres).
+    pub(crate) fn gentle(tolerance_m: f64) -> Self {
+        Self {
+            speed_m_per_s: 0.06,
+            impedance: Impedance::uniform(200.0, 100.0),
+            stop_force_n: None,
+            tolerance_m,
+        }
+    }
+}
+
 /// The arm of a robot, for the length of one skill.
 pub struct ArmMotion<'a> {
     robot: &'a mut dyn Robot,

@@ -6,7 +6,7 @@
 //! errors of Γ and τ become small forces instead of large ones. β: the tool reached the end of the arc, or met more force
 //! than the joint takes.
 
-use factotum_control::{Impedance, Robot};
+use factotum_control::Robot;
 use factotum_descriptions::{ActionSpec, Contact, Demonstration, Grasp, ObjectJoint};
 use factotum_geometry::Pose;
 use factotum_motion::grasps::expand_grasp;
@@ -21,8 +21,6 @@ use crate::{Failure, ObjectView, Outcome, Situation, SkillError, demonstrated};
 const ARC_STEP: f64 = 0.05;
 /// How far before the contact the approach begins, metres.
 const STANDOFF_M: f64 = 0.08;
-/// Tool speed on the arc, m/s.
-const SPEED_M_PER_S: f64 = 0.06;
 /// The tool may miss the end of the arc by this much, metres: the joint's own state is looked at afterwards.
 const TOLERANCE_M: f64 = 0.05;
 /// Turns tried for a grasp that may be turned about the object's z axis.
@@ -180,12 +178,7 @@ impl WaySkill for Articulate {
         if !is_push {
             arm.grip(0.0)?;
         }
-        let needs = ToolPathNeeds {
-            speed_m_per_s: SPEED_M_PER_S,
-            impedance: Impedance::uniform(200.0, 100.0),
-            stop_force_n: None,
-            tolerance_m: TOLERANCE_M,
-        };
+        let needs = ToolPathNeeds::gentle(TOLERANCE_M);
         let moved = arm.tool(&arc.poses, &needs, &format!("move {joint} of {name}"));
         if !is_push {
             arm.grip(1.0)?;
@@ -193,10 +186,7 @@ impl WaySkill for Articulate {
         // Back off even when the arc failed: a skill ends in free space (thesis 3.4.1).
         let last = arc.poses.last().copied().unwrap_or(arc.before);
         let clear = last * Translation3::new(0.0, 0.0, -STANDOFF_M);
-        let gentle = ToolPathNeeds {
-            tolerance_m: STANDOFF_M,
-            ..needs
-        };
+        let gentle = ToolPathNeeds::gentle(STANDOFF_M);
         let backed_off = arm.tool(&[last, clear], &gentle, &format!("back off from {name}"));
         moved?;
         backed_off?;

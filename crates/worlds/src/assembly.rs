@@ -46,6 +46,8 @@ pub(crate) struct GripperIds {
     pub(crate) joints: Vec<JointId>,
     pub(crate) actuators: Vec<ActuatorId>,
     pub(crate) pads: Vec<GeomId>,
+    /// Geoms of the body that carries each pad.
+    pub(crate) fingers: Vec<Vec<GeomId>>,
 }
 
 /// Everything of the robot that the simulation reads or drives.
@@ -57,6 +59,7 @@ pub(crate) struct RobotIds {
     pub(crate) geoms: Vec<GeomId>,
     pub(crate) base: Option<BaseIds>,
     pub(crate) lift: Option<LiftIds>,
+    pub(crate) tcp: SiteId,
     pub(crate) arm_joints: Vec<JointId>,
     pub(crate) arm_actuators: Vec<ActuatorId>,
     pub(crate) gripper: Option<GripperIds>,
@@ -277,6 +280,9 @@ fn robot_ids(model: &Model, robot: &RobotDescription) -> Result<RobotIds, Physic
                 joints: all(&gripper.joints, |name| model.joint(name))?,
                 actuators: all(&gripper.actuators, |name| model.actuator(name))?,
                 pads: all(&gripper.pads, |name| model.geom(name))?,
+                fingers: all(&gripper.pads, |name| {
+                    Ok(model.geoms_of_body(model.geom_body(model.geom(name)?)))
+                })?,
             })
         })
         .transpose()?;
@@ -289,6 +295,7 @@ fn robot_ids(model: &Model, robot: &RobotDescription) -> Result<RobotIds, Physic
         geoms: model.geoms_of_subtree(root),
         base: base.map(|(ids, _)| ids),
         lift,
+        tcp: model.site(&robot.arm.tcp_site)?,
         arm_joints: all(&robot.arm.joints, |name| model.joint(name))?,
         arm_actuators: all(&robot.arm.actuators, |name| model.actuator(name))?,
         gripper,

@@ -11,7 +11,9 @@ mod stored;
 
 use std::collections::BTreeMap;
 
-use factotum_control::{ArmDynamics, MotionId, MotionStatus, RobotError, RobotState, Stamped};
+use factotum_control::{
+    ArmDynamics, ArmState, MotionId, MotionStatus, RobotError, RobotState, Stamped,
+};
 use factotum_descriptions::RobotDescription;
 use factotum_geometry::frames::planar_from_pose;
 use factotum_geometry::grid::OccupancyGrid;
@@ -21,7 +23,7 @@ use factotum_physics::{BodyId, Snapshot, State};
 use nalgebra::{Point2, Vector3, Vector6};
 use rand_chacha::ChaCha8Rng;
 
-use crate::assembly::{Assembly, STEP_SECS};
+use crate::assembly::{Assembly, ObjectIds, STEP_SECS};
 use crate::faults::FaultState;
 use crate::ground_truth;
 use crate::judge::Judge;
@@ -229,19 +231,36 @@ impl SimRobot {
     /// # Errors
     /// [`WorldError::UnknownName`] for an object that the home does not have.
     pub fn world_from_object(&self, name: &str) -> Result<Pose, WorldError> {
+        let object = self.known_object(name)?;
+        Ok(self.state.world_from_body(object.root))
+    }
+
+    fn known_object(&self, name: &str) -> Result<&ObjectIds, WorldError> {
+        let objects = self.assembly.objects.iter();
         self.assembly
             .object(name)
-            .map(|object| self.state.world_from_body(object.root))
             .ok_or_else(|| WorldError::UnknownName {
                 kind: "object",
                 name: name.to_owned(),
                 scene: self.config.scene.name().to_owned(),
-                available: self
-                    .assembly
-                    .objects
-                    .iter()
-                    .map(|object| object.name.clone())
-                    .collect(),
+                available: objects.map(|object| object.name.clone()).collect(),
+            })
+    }
+
+    /// Where a joint of an object really is, rad or m. For those who measure; the robot cannot know.
+    ///
+    /// # Errors
+    /// [`WorldError::UnknownName`] for an object that the home does not have, or a joint that the object does not have.
+    pub fn object_joint(&self, name: &str, joint: &str) -> Result<f64, WorldError> {
+        let object = self.known_object(name)?;
+        let found = object.joints.get(joint);
+        found
+            .map(|&joint| self.state.joint_position(joint))
+            .ok_or_else(|| WorldError::UnknownName {
+                kind: "joint",
+                name: format!("{name}/{joint}"),
+                scene: self.config.scene.name().to_owned(),
+                available: object.joints.keys().cloned().collect(),
             })
     }
 
@@ -514,14 +533,15 @@ impl SimRobot {
 
     fn read_state(&mut self) -> Result<RobotState, RobotError> {
         let readings = self.readings();
-        let arm = self
-            .dynamics
-            .arm_state(
-                readings.lift_m,
-                &readings.arm_positions,
-                &readings.arm_velocities,
-            )
-            .map_err(|error| self.lost(&error))?;
+        let arm = self.arm_state(&readings)?;
+        let tcp_from_world = self
+            .state
+            .world_from_site(self.assembly.robot.tcp)
+            .inverse();
+        let gripper = self.assembly.robot.gripper.as_ref();
+        let fingers = gripper.map_or(&[][..], |gripper| &gripper.fingers[..]);
+        let finger_joints = gripper.map_or(&[][..], |gripper| &gripper.joints[..]);
+        let state = &self.state;
         Ok(RobotState {
             time_secs: self.state.time_secs(),
             odom_from_base: self.live.odometry.odom_from_base,
@@ -530,11 +550,32 @@ impl SimRobot {
             arm_positions: readings.arm_positions,
             arm_velocities: readings.arm_velocities,
             gripper_opening: readings.opening,
-            pad_forces_n: self.live.pad_forces_n.clone(),
+            finger_positions: finger_joints
+                .iter()
+                .map(|&joint| state.joint_position(joint))
+                .collect(),
+            finger_velocities: finger_joints
+                .iter()
+                .map(|&joint| state.joint_velocity(joint))
+                .collect(),
+            pad_forces_in_tcp: fingers
+                .iter()
+                .map(|finger| tcp_from_world.rotation * state.contact_force_on(finger))
+                .collect(),
             tool_wrench_in_base: Vector6::from_iterator(
                 self.live.arm.wrench.wrench(&arm).iter().copied(),
             ),
         })
+    }
+
+    fn arm_state(&mut self, readings: &Readings) -> Result<ArmState, RobotError> {
+        self.dynamics
+            .arm_state(
+                readings.lift_m,
+                &readings.arm_positions,
+                &readings.arm_velocities,
+            )
+            .map_err(|error| self.lost(&error))
     }
 
     fn base_velocity(&self) -> Vector3<f64> {

@@ -12,7 +12,7 @@ use factotum_control::composition::attach_robot;
 use factotum_control::gripper::GripperController;
 use factotum_control::impedance::ToolTarget;
 use factotum_control::tool_servo::{JointGuard, ToolServo};
-use factotum_control::{ArmDynamics, ArmState, ControlError, GripperGoal};
+use factotum_control::{ArmDynamics, ArmState, ControlError, GripperGoal, GuardSpec};
 use factotum_descriptions::{DescriptionError, JointKind, ObjectJoint, RobotDescription, TaskSpec};
 use factotum_geometry::Pose;
 use factotum_geometry::cloud::PointCloud;
@@ -197,8 +197,6 @@ impl TaskRig {
                 .iter()
                 .map(|&joint| model.joint_range(joint))
                 .collect(),
-            speed_max_rad_per_s: robot.arm.velocity_max_rad_per_s.clone(),
-            torque_max_nm: robot.arm.torque_max_nm.clone(),
             n_finger_joints: ids.finger_joints.len(),
             n_pads: ids.fingers.len(),
             aperture_max_m,
@@ -433,12 +431,13 @@ impl Rig for TaskRig {
         &self.anatomy
     }
 
-    fn set_guard(&mut self, guard: JointGuard) {
-        self.servo = ToolServo::new(
-            &self.anatomy.torque_max_nm,
-            guard,
-            self.arm.positions.clone(),
-        );
+    fn set_guard(&mut self, guard: GuardSpec) -> Result<(), RigError> {
+        let arm = &self.robot.arm;
+        let torque_max_nm = &arm.torque_max_nm;
+        let speed_max = &arm.velocity_max_rad_per_s;
+        let guard = JointGuard::new(guard, &self.anatomy.arm_limits, speed_max, torque_max_nm)?;
+        self.servo = ToolServo::new(torque_max_nm, guard, self.arm.positions.clone());
+        Ok(())
     }
 
     fn place(&mut self, placing: &Placing) -> Result<bool, RigError> {

@@ -66,6 +66,19 @@ pub const HOLD: [f32; N_ACTION] = {
     action
 };
 
+/// Control periods in which the fingers close before the policy begins, as in the dissertation's code.
+pub(super) const CLOSING_STEPS: u32 = 10;
+
+/// How far the fingers close in a period until they touch, of the whole opening: slow, so that they meet the object gently.
+pub(super) const CLOSING_STROKE: f64 = 0.03;
+
+/// The opening around something of a width before the fingers close on it.
+pub(super) fn opening_around(width_m: f64, aperture_max_m: f64) -> f64 {
+    /// Room on both sides.
+    const FINGER_ROOM_M: f64 = 0.008;
+    ((width_m + 2.0 * FINGER_ROOM_M) / aperture_max_m).clamp(0.1, 1.0)
+}
+
 impl ActionRanges {
     /// The command of an action, from where the tool and the fingers' target are.
     pub fn command(

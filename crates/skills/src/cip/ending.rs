@@ -7,6 +7,8 @@
 //! Beside these, B can notice that nothing moves any more ([`FailureClassifier::stuck_steps`]) and that the arm cannot
 //! go on within σ ([`FailureClassifier::cornered_steps`]); neither is used in the dissertation's settings.
 
+use factotum_descriptions::{ObjectJoint, TaskSpec};
+use factotum_geometry::Pose;
 use serde::{Deserialize, Serialize};
 
 use super::rig::Reading;
@@ -21,9 +23,33 @@ pub struct SuccessIndicator {
 }
 
 impl SuccessIndicator {
+    /// β_c of a task.
+    pub fn of(task: &TaskSpec) -> Self {
+        Self {
+            start: task.start,
+            goal: task.goal,
+        }
+    }
+
     /// How far the joint has come from start (0) to goal (1).
     pub fn progress(&self, reading: &Reading) -> f64 {
         (reading.object_joint - self.start) / (self.goal - self.start)
+    }
+
+    /// Tool poses from a grasp along the object's motion to its goal, the grasp first; all in the base frame.
+    pub fn tool_motion(
+        &self,
+        joint: &ObjectJoint,
+        base_from_object: &Pose,
+        base_from_tcp: &Pose,
+    ) -> Vec<Pose> {
+        const N_POSES: usize = 12;
+        let object_from_tcp = base_from_object.inverse() * base_from_tcp;
+        let at =
+            |share: f64| joint.motion(self.start, self.start + (self.goal - self.start) * share);
+        (0..N_POSES)
+            .map(|i| base_from_object * at(i as f64 / (N_POSES - 1) as f64) * object_from_tcp)
+            .collect()
     }
 
     /// β_c.
@@ -48,6 +74,20 @@ pub enum FailureKind {
     TimeOut,
     /// Nothing could be taken hold of, so that it did not even begin.
     NoGrasp,
+}
+
+impl FailureKind {
+    /// What happened, as a reason.
+    pub fn in_words(self) -> &'static str {
+        match self {
+            Self::JointLimit => "a joint of the arm came too near to its limit",
+            Self::ContactLost => "the gripper lost the object",
+            Self::Stuck => "the object did not move any more",
+            Self::Cornered => "the arm could not go on without a joint at its limit",
+            Self::TimeOut => "it took too long",
+            Self::NoGrasp => "nothing could be taken hold of",
+        }
+    }
 }
 
 /// B: whether the skill has failed.

@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 
-use factotum_control::ControlError;
 use factotum_descriptions::{PlacementRange, TaskSpec};
 use factotum_geometry::Pose;
 use factotum_learning::action::ActionError;
@@ -12,7 +11,7 @@ use factotum_motion::{MotionError, PlanningScene};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
-use super::action::{HOLD, N_ACTION};
+use super::action::{CLOSING_STEPS, CLOSING_STROKE, HOLD, N_ACTION, opening_around};
 use super::configuration::configurations;
 use super::ending::{FailureClassifier, FailureKind, FailureMemory, SuccessIndicator};
 use super::guide::Guide;
@@ -21,15 +20,6 @@ use super::observation::{n_observation, observe_into};
 use super::perturbation::Perturbation;
 use super::rig::{Placing, Reading, Rig};
 use super::setting::{CipSetting, Reward};
-
-/// Control periods in which the fingers close before the policy begins, as in the dissertation's code.
-const CLOSING_STEPS: u32 = 10;
-
-/// Room on both sides of what is grasped before the fingers close, metres.
-const FINGER_ROOM_M: f64 = 0.008;
-
-/// How far the fingers close in a period until they touch, of the whole opening: slow, so that they meet the object gently.
-const CLOSING_STROKE: f64 = 0.03;
 
 /// Configurations tried for a grasp before it counts as one that cannot be taken.
 const CONFIGURATIONS_TRIED: usize = 3;
@@ -47,9 +37,6 @@ pub enum CipError<E: std::error::Error + 'static> {
     /// The robot's kinematics.
     #[error(transparent)]
     Motion(#[from] MotionError),
-    /// The guard.
-    #[error(transparent)]
-    Control(#[from] ControlError),
     /// The guide.
     #[error(transparent)]
     Action(#[from] ActionError),
@@ -173,29 +160,15 @@ impl<R: Rig> CipEnvironment<R> {
         setting: CipSetting,
         initiation: Option<GraspInitiation>,
     ) -> Result<Self, CipError<R::Error>> {
-        rig.set_guard(setting.guard_for(rig.anatomy())?);
+        rig.set_guard(setting.guard_spec()).map_err(CipError::Rig)?;
         let anatomy = rig.anatomy();
         let mut scene = PlanningScene::new(&anatomy.robot, &[], None)?;
         scene.set_gripper(1.0);
-        let guide = setting
-            .guide
-            .map(|params| Guide::new(params, anatomy.object_joint.clone(), task.start, task.goal))
-            .transpose()?;
-        let episode = &task.episode;
+        let guide = setting.guide_along(&anatomy.object_joint, task)?;
         Ok(Self {
             placement: task.placement,
-            success: SuccessIndicator {
-                start: task.start,
-                goal: task.goal,
-            },
-            failure: FailureClassifier {
-                stuck_steps: setting.stuck_steps,
-                cornered_steps: setting.cornered_steps,
-                ..FailureClassifier::of_episode(
-                    episode.steps_max,
-                    setting.head.then_some(episode.contact_lost_steps),
-                )
-            },
+            success: SuccessIndicator::of(task),
+            failure: setting.failure_classifier(task),
             rig,
             setting,
             initiation,
@@ -347,12 +320,15 @@ impl<R: Rig> CipEnvironment<R> {
         width_m: f64,
         rng: &mut ChaCha8Rng,
     ) -> Result<Begun, CipError<R::Error>> {
-        let motion = self.motion(base_from_object, base_from_tcp);
+        let joint = &self.rig.anatomy().object_joint;
+        let motion = self
+            .success
+            .tool_motion(joint, base_from_object, base_from_tcp);
         let choice = self.setting.configuration;
         let found = configurations(&mut self.scene, &motion, choice, rng);
         let mut outcome = Begun::Unreachable;
         let aperture_max_m = self.rig.anatomy().aperture_max_m;
-        let opening = ((width_m + 2.0 * FINGER_ROOM_M) / aperture_max_m).clamp(0.1, 1.0);
+        let opening = opening_around(width_m, aperture_max_m);
         for q in found.into_iter().take(CONFIGURATIONS_TRIED) {
             let placing = Placing {
                 base_from_object: base_from_object * self.believed_from_true,
@@ -407,20 +383,6 @@ impl<R: Rig> CipEnvironment<R> {
             }
         }
         Ok(self.rig.reading().touching)
-    }
-
-    /// Tool poses from a grasp along the object's motion to its goal, the grasp first.
-    fn motion(&self, base_from_object: &Pose, base_from_tcp: &Pose) -> Vec<Pose> {
-        const N_POSES: usize = 12;
-        let joint = &self.rig.anatomy().object_joint;
-        let SuccessIndicator { start, goal } = self.success;
-        (0..N_POSES)
-            .map(|i| {
-                let share = i as f64 / (N_POSES - 1) as f64;
-                let moved = joint.motion(start, start + (goal - start) * share);
-                base_from_object * moved * base_from_object.inverse() * base_from_tcp
-            })
-            .collect()
     }
 
     /// Does an action for one control period.

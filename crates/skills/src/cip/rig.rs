@@ -1,7 +1,6 @@
 //! What learning a contact skill asks of whoever has a robot at an object.
 
-use factotum_control::Impedance;
-use factotum_control::tool_servo::JointGuard;
+use factotum_control::{GuardSpec, Impedance};
 use factotum_descriptions::{EpisodeSpec, ObjectJoint};
 use factotum_geometry::Pose;
 use factotum_geometry::cloud::PointCloud;
@@ -19,7 +18,10 @@ pub trait Rig {
     fn anatomy(&self) -> &Anatomy;
 
     /// Which guard keeps the joints from their limits from now on.
-    fn set_guard(&mut self, guard: JointGuard);
+    ///
+    /// # Errors
+    /// When the guard makes no sense for this arm.
+    fn set_guard(&mut self, guard: GuardSpec) -> Result<(), Self::Error>;
 
     /// Puts object and arm in their places, all at rest; whether the arm then touches nothing.
     ///
@@ -50,10 +52,6 @@ pub struct Anatomy {
     pub robot: RobotModel,
     /// Limits of the arm's joints, rad; `None` for a joint that turns without end.
     pub arm_limits: Vec<Option<[f64; 2]>>,
-    /// Speed limits of the arm's joints, rad/s.
-    pub speed_max_rad_per_s: Vec<f64>,
-    /// Limits of the arm's motors, N m.
-    pub torque_max_nm: Vec<f64>,
     /// Joints of the gripper.
     pub n_finger_joints: usize,
     /// Pads that feel.

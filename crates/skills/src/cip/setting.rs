@@ -1,18 +1,17 @@
 //! Which parts of the structure are there: the ablations of thesis 3.3, and two settings of ours.
 
-use factotum_control::ControlError;
-use factotum_control::barrier::JointBarrier;
-use factotum_control::safety::SafetyEnvelope;
-use factotum_control::tool_servo::JointGuard;
+use factotum_control::GuardSpec;
+use factotum_descriptions::{ObjectJoint, TaskSpec};
+use factotum_learning::action::ActionError;
 use factotum_learning::bandit::{BanditParams, Untried};
 use factotum_learning::td3::Td3Params;
 use serde::{Deserialize, Serialize};
 
 use super::action::{ActionRanges, GRIPPER, GripperAction, N_ACTION};
 use super::configuration::ConfigurationChoice;
-use super::guide::GuideParams;
+use super::ending::FailureClassifier;
+use super::guide::{Guide, GuideParams};
 use super::initiation::GraspChoice;
-use super::rig::Anatomy;
 
 /// γ: worth of a reward a step later. The text does not say; the code leaves 0.99, with which the last policy slid the knob in
 /// one run of three, against five of five with 0.97 (seeds 0 to 4, which are not reported on).
@@ -236,27 +235,44 @@ impl CipSetting {
         }
     }
 
-    /// The guard, for an arm.
+    /// B, for a task.
+    pub fn failure_classifier(&self, task: &TaskSpec) -> FailureClassifier {
+        let episode = &task.episode;
+        let contact_lost_steps = self.head.then_some(episode.contact_lost_steps);
+        FailureClassifier {
+            stuck_steps: self.stuck_steps,
+            cornered_steps: self.cornered_steps,
+            ..FailureClassifier::of_episode(episode.steps_max, contact_lost_steps)
+        }
+    }
+
+    /// The motion that the policy corrects, if it does, for a task with this joint.
     ///
     /// # Errors
-    /// [`ControlError`] if the arm's description contradicts itself.
-    pub fn guard_for(&self, anatomy: &Anatomy) -> Result<JointGuard, ControlError> {
+    /// [`ActionError`] for a cap that is not within 0 to 1.
+    pub fn guide_along(
+        &self,
+        joint: &ObjectJoint,
+        task: &TaskSpec,
+    ) -> Result<Option<Guide>, ActionError> {
+        let along = |params| Guide::new(params, joint.clone(), task.start, task.goal);
+        self.guide.map(along).transpose()
+    }
+
+    /// The guard of the joint limits.
+    pub fn guard_spec(&self) -> GuardSpec {
         /// Distance that the barrier keeps from a limit: twice what B calls a violation, rad.
         const BARRIER_RAD: f64 = 0.175;
-        Ok(match self.guard {
-            GuardKind::None => JointGuard::None,
-            GuardKind::Envelope => {
-                let envelope =
-                    SafetyEnvelope::new(anatomy.arm_limits.clone(), anatomy.torque_max_nm.clone())?;
-                let [null_space, push_back] = self.envelope_rad;
-                let failure = envelope.failure_rad;
-                JointGuard::Envelope(envelope.with_thresholds(null_space, push_back, failure)?)
-            }
-            GuardKind::Barrier => {
-                let speed_max = anatomy.speed_max_rad_per_s.clone();
-                let limits = anatomy.arm_limits.clone();
-                JointGuard::Barrier(JointBarrier::new(limits, speed_max, BARRIER_RAD)?)
-            }
-        })
+        let [null_space_rad, push_back_rad] = self.envelope_rad;
+        match self.guard {
+            GuardKind::None => GuardSpec::None,
+            GuardKind::Envelope => GuardSpec::Envelope {
+                null_space_rad,
+                push_back_rad,
+            },
+            GuardKind::Barrier => GuardSpec::Barrier {
+                margin_rad: BARRIER_RAD,
+            },
+        }
     }
 }

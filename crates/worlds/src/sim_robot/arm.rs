@@ -1,12 +1,13 @@
 //! The arm's controller: follows a joint trajectory, a tool path under variable impedance, or holds still.
 
-use factotum_control::impedance::{OperationalSpace, Posture, impedance_torques_in};
+use factotum_control::impedance::{OperationalSpace, Posture, ToolTarget, impedance_torques_in};
 use factotum_control::joint_tracking::{JointGains, JointTarget, JointTracker};
 use factotum_control::safety::{SafetyEnvelope, Zone};
 use factotum_control::tool_path::{TargetTrim, TimedPoses};
+use factotum_control::tool_servo::ToolServo;
 use factotum_control::torque_limit::TorqueLimiter;
 use factotum_control::wrench_estimate::WrenchEstimate;
-use factotum_control::{ArmState, ControlError, Impedance, MotionId, MotionStatus};
+use factotum_control::{ArmState, ControlError, Impedance, MotionId, MotionStatus, ToolGoal};
 use factotum_descriptions::{Arm, JointTrajectory};
 use nalgebra::{DVector, Vector6};
 
@@ -63,12 +64,18 @@ pub(crate) enum ArmMotion {
         /// Force estimate when the motion began: friction and what is in the hand.
         tare: Vector6<f64>,
     },
+    Goal {
+        id: MotionId,
+        until_secs: f64,
+        goal: ToolGoal,
+        servo: Box<ToolServo>,
+    },
 }
 
 impl ArmMotion {
     pub(crate) fn id(&self) -> MotionId {
         match self {
-            Self::Joints { id, .. } | Self::Tool { id, .. } => *id,
+            Self::Joints { id, .. } | Self::Tool { id, .. } | Self::Goal { id, .. } => *id,
         }
     }
 }
@@ -133,19 +140,19 @@ impl ArmControl {
     ) -> Result<ArmCommand, ControlError> {
         let applied = self.limiter.last().clone();
         self.wrench.update(arm, &applied, dt_secs)?;
-        let Some(motion) = self.motion.take() else {
+        let Some(mut motion) = self.motion.take() else {
             let target = JointTarget::at_rest(self.hold.clone());
             let torques = self.tracker.torques(arm, &target, dt_secs)?;
             return self.command(&torques, None, None, dt_secs);
         };
-        let (torques, lift_target, status) = match &motion {
+        let (torques, lift_target, status) = match &mut motion {
             ArmMotion::Joints {
                 start_secs,
                 trajectory,
                 columns,
                 ..
             } => self.follow_joints(
-                now_secs - start_secs,
+                now_secs - *start_secs,
                 trajectory,
                 columns,
                 arm,
@@ -154,6 +161,23 @@ impl ArmControl {
             )?,
             ArmMotion::Tool { .. } => {
                 let (torques, status) = self.follow_tool(now_secs, &motion, arm, dt_secs)?;
+                (torques, None, status)
+            }
+            ArmMotion::Goal {
+                until_secs,
+                goal,
+                servo,
+                ..
+            } => {
+                let target = ToolTarget::at_rest(goal.base_from_tcp);
+                let torques = servo.torques(arm, &target, &goal.impedance, dt_secs)?;
+                // They are within the motors' limits, which must not be applied twice.
+                self.limiter.set_last(&torques)?;
+                let status = if now_secs < *until_secs - 0.5 * dt_secs {
+                    MotionStatus::Active
+                } else {
+                    MotionStatus::Done
+                };
                 (torques, None, status)
             }
         };

@@ -3,10 +3,12 @@
 use factotum_control::base_tracking::BaseTracker;
 use factotum_control::impedance::Posture;
 use factotum_control::tool_path::{TargetTrim, TimedPoses};
+use factotum_control::tool_servo::{JointGuard, ToolServo};
 use factotum_control::{
-    BasePath, BaseTwist, Command, GripperGoal, MotionId, MotionStatus, RobotError, ToolPath,
+    BasePath, BaseTwist, Command, GripperGoal, Impedance, MotionId, MotionStatus, RobotError,
+    ToolGoal, ToolPath,
 };
-use factotum_descriptions::{JointTrajectory, nearest_name};
+use factotum_descriptions::{Arm, JointTrajectory, nearest_name};
 use factotum_geometry::Pose2;
 use nalgebra::DVector;
 
@@ -39,6 +41,20 @@ fn refusal(error: impl std::fmt::Display) -> RobotError {
     }
 }
 
+fn check_impedance(impedance: &Impedance) -> Result<(), RobotError> {
+    let mut gains = impedance
+        .kp_position
+        .iter()
+        .chain(&impedance.kp_rotation)
+        .chain([&impedance.damping_ratio]);
+    if gains.any(|gain| !(gain.is_finite() && *gain >= 0.0)) {
+        return refused(format!(
+            "impedance {impedance:?}; expected finite gains, zero or more"
+        ));
+    }
+    Ok(())
+}
+
 impl SimRobot {
     /// Checks a command and starts it.
     pub(super) fn accept(&mut self, command: Command) -> Result<MotionId, RobotError> {
@@ -46,6 +62,7 @@ impl SimRobot {
         let preempted = match command {
             Command::Joints(trajectory) => self.start_joints(id, trajectory)?,
             Command::Tool(path) => self.start_tool(id, path)?,
+            Command::ToolGoal(goal) => self.start_tool_goal(id, goal)?,
             Command::BasePath(path) => self.start_base_path(id, &path)?,
             Command::BaseTwist(twist) => self.start_base_twist(id, &twist)?,
             Command::Gripper(goal) => self.start_gripper(id, goal)?,
@@ -188,30 +205,14 @@ impl SimRobot {
             tolerance_m,
         } = path;
         let poses = TimedPoses::new(base_from_tcp).map_err(refusal)?;
-        let mut gains = impedance
-            .kp_position
-            .iter()
-            .chain(&impedance.kp_rotation)
-            .chain([&impedance.damping_ratio]);
-        if gains.any(|gain| !(gain.is_finite() && *gain >= 0.0)) {
-            return refused(format!(
-                "impedance {impedance:?}; expected finite gains, zero or more"
-            ));
-        }
+        check_impedance(&impedance)?;
         if tolerance_m.is_nan() || tolerance_m <= 0.0 {
             return refused(format!(
                 "tool tolerance {tolerance_m} m; expected a positive length"
             ));
         }
         let readings = self.readings();
-        let arm = self
-            .dynamics
-            .arm_state(
-                readings.lift_m,
-                &readings.arm_positions,
-                &readings.arm_velocities,
-            )
-            .map_err(|error| self.lost(&error))?;
+        let arm = self.arm_state(&readings)?;
         let start = poses.sample(0.0).base_from_tcp;
         let off = (start.translation.vector - arm.base_from_tcp.translation.vector).norm();
         if off > TOOL_START_OFF_MAX_M {
@@ -228,6 +229,65 @@ impl SimRobot {
             stop_force_n,
             tolerance_m,
             tare: self.live.arm.wrench.wrench(&arm),
+        });
+        Ok(preempted)
+    }
+
+    fn start_tool_goal(
+        &mut self,
+        id: MotionId,
+        goal: ToolGoal,
+    ) -> Result<Option<MotionId>, RobotError> {
+        check_impedance(&goal.impedance)?;
+        if !(goal.valid_secs > 0.0 && goal.valid_secs.is_finite()) {
+            return refused(format!(
+                "a tool goal for {} s; expected a positive time",
+                goal.valid_secs
+            ));
+        }
+        let readings = self.readings();
+        let arm = self.arm_state(&readings)?;
+        let way = goal.base_from_tcp.translation.vector - arm.base_from_tcp.translation.vector;
+        let is_near = way.norm() <= TOOL_START_OFF_MAX_M;
+        if !(is_near && goal.base_from_tcp.rotation.coords.norm().is_finite()) {
+            return refused(format!(
+                "the tool goal is {:.3} m from the tool, expected at most {TOOL_START_OFF_MAX_M} m",
+                way.norm()
+            ));
+        }
+        let until_secs = self.state.time_secs() + goal.valid_secs;
+        let (preempted, servo) = match self.live.arm.motion.take() {
+            Some(ArmMotion::Goal {
+                id,
+                goal: last,
+                servo,
+                ..
+            }) if last.guard == goal.guard => (Some(id), servo),
+            other => {
+                self.live.arm.motion = other;
+                let preempted = self.preempt_arm(&readings.arm_positions, readings.lift_m);
+                let Arm {
+                    torque_max_nm,
+                    velocity_max_rad_per_s,
+                    ..
+                } = &self.config.robot.arm;
+                let limits = self.dynamics.joint_limits();
+                let servo =
+                    JointGuard::new(goal.guard, &limits, velocity_max_rad_per_s, torque_max_nm)
+                        .and_then(|guard| {
+                            let mut servo =
+                                ToolServo::new(torque_max_nm, guard, arm.positions.clone());
+                            servo.restart(&arm)?;
+                            Ok(servo)
+                        });
+                (preempted, Box::new(servo.map_err(refusal)?))
+            }
+        };
+        self.live.arm.motion = Some(ArmMotion::Goal {
+            id,
+            until_secs,
+            goal,
+            servo,
         });
         Ok(preempted)
     }

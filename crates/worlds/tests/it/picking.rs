@@ -44,9 +44,9 @@ fn grasp_and_raise(robot: &mut dyn Robot) {
         state.gripper_opening
     );
     let n_pads = state
-        .pad_forces_n
+        .pad_forces_in_tcp
         .iter()
-        .filter(|force| **force > 3.0)
+        .filter(|force| force.norm() > 3.0)
         .count();
     assert!(n_pads >= 2, "{state:?}");
     let raise = move_to(robot, state.lift_m + 0.2, &state.arm_positions, 4.0);
@@ -94,7 +94,7 @@ fn grasp_slip_drops_the_bottle_once() {
             .fault_happened()
             .is_some_and(|what| what.starts_with("the gripper gave way"))
     );
-    let forces = robot.state().unwrap().pad_forces_n;
+    let forces = robot.state().unwrap().pad_forces_in_tcp;
     let bottle = robot.world_from_object("bottle_1").unwrap();
     assert!(
         bottle.translation.z < 0.85,

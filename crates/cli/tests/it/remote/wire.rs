@@ -1,8 +1,8 @@
 //! Commands and readings as JSON, for this test only.
 
 use factotum_control::{
-    BasePath, BaseTwist, Command, GripperGoal, Impedance, MotionId, MotionStatus, Robot,
-    RobotError, RobotState, Stamped, ToolPath,
+    BasePath, BaseTwist, Command, GripperGoal, GuardSpec, Impedance, MotionId, MotionStatus, Robot,
+    RobotError, RobotState, Stamped, ToolGoal, ToolPath,
 };
 use factotum_descriptions::{JointTrajectory, TrajectoryPoint};
 use factotum_geometry::sensing::{DepthFrame, LaserScan};
@@ -59,6 +59,16 @@ pub(crate) fn command_to(command: &Command) -> Value {
             "stop_force_n": path.stop_force_n,
             "tolerance_m": path.tolerance_m,
         }),
+        Command::ToolGoal(goal) => json!({
+            "goal": pose_to(&goal.base_from_tcp),
+            "impedance": gains_to(&goal.impedance),
+            "guard": match goal.guard {
+                GuardSpec::None => vec![],
+                GuardSpec::Barrier { margin_rad } => vec![margin_rad],
+                GuardSpec::Envelope { null_space_rad, push_back_rad } => vec![null_space_rad, push_back_rad],
+            },
+            "valid_secs": goal.valid_secs,
+        }),
         Command::BasePath(path) => json!({
             "base_path": path.odom_from_base.iter().map(pose2_to).collect::<Vec<_>>(),
             "speed": path.speed,
@@ -75,6 +85,15 @@ fn gains_to(impedance: &Impedance) -> Vec<f64> {
     gains.copied().chain([impedance.damping_ratio]).collect()
 }
 
+fn gains_from(value: &Value) -> Impedance {
+    let gains = numbers(value);
+    Impedance {
+        kp_position: Vector3::from_column_slice(&gains[..3]),
+        kp_rotation: Vector3::from_column_slice(&gains[3..6]),
+        damping_ratio: gains[6],
+    }
+}
+
 fn command_from(value: &Value) -> Command {
     if let Some(joints) = value.get("joints") {
         let points = list(&value["points"], |point| TrajectoryPoint {
@@ -85,16 +104,26 @@ fn command_from(value: &Value) -> Command {
         return Command::Joints(JointTrajectory::new(list(joints, text), points).unwrap());
     }
     if let Some(tool) = value.get("tool") {
-        let gains = numbers(&value["impedance"]);
         return Command::Tool(ToolPath {
             base_from_tcp: list(tool, |item| (number(&item[0]), pose_from(&item[1]))),
-            impedance: Impedance {
-                kp_position: Vector3::from_column_slice(&gains[..3]),
-                kp_rotation: Vector3::from_column_slice(&gains[3..6]),
-                damping_ratio: gains[6],
-            },
+            impedance: gains_from(&value["impedance"]),
             stop_force_n: value["stop_force_n"].as_f64(),
             tolerance_m: number(&value["tolerance_m"]),
+        });
+    }
+    if let Some(goal) = value.get("goal") {
+        return Command::ToolGoal(ToolGoal {
+            base_from_tcp: pose_from(goal),
+            impedance: gains_from(&value["impedance"]),
+            guard: match numbers(&value["guard"])[..] {
+                [margin_rad] => GuardSpec::Barrier { margin_rad },
+                [null_space_rad, push_back_rad] => GuardSpec::Envelope {
+                    null_space_rad,
+                    push_back_rad,
+                },
+                _ => GuardSpec::None,
+            },
+            valid_secs: number(&value["valid_secs"]),
         });
     }
     if let Some(path) = value.get("base_path") {
@@ -124,7 +153,8 @@ fn state_to(state: &RobotState) -> Value {
         "positions": state.arm_positions,
         "velocities": state.arm_velocities,
         "opening": state.gripper_opening,
-        "pads": state.pad_forces_n,
+        "fingers": [state.finger_positions, state.finger_velocities],
+        "pads": state.pad_forces_in_tcp.iter().map(|force| force.as_slice()).collect::<Vec<_>>(),
         "wrench": state.tool_wrench_in_base.as_slice(),
     })
 }
@@ -138,7 +168,11 @@ pub(crate) fn state_from(value: &Value) -> RobotState {
         arm_positions: numbers(&value["positions"]),
         arm_velocities: numbers(&value["velocities"]),
         gripper_opening: number(&value["opening"]),
-        pad_forces_n: numbers(&value["pads"]),
+        finger_positions: numbers(&value["fingers"][0]),
+        finger_velocities: numbers(&value["fingers"][1]),
+        pad_forces_in_tcp: list(&value["pads"], |force| {
+            Vector3::from_row_slice(&numbers(force))
+        }),
         tool_wrench_in_base: Vector6::from_row_slice(&numbers(&value["wrench"])),
     }
 }
