@@ -2,6 +2,8 @@
 
 mod chores;
 mod cip_ablation;
+mod cip_compose;
+mod seeds;
 
 use std::sync::Arc;
 
@@ -31,6 +33,8 @@ pub(crate) enum ExperimentRun {
     Chores(chores::ChoresArgs),
     /// `factotum skill train` and `eval` for each task, setting and seed: what each part of a contact skill is worth.
     CipAblation(cip_ablation::RunArgs),
+    /// `factotum skill run` in either order, a seed at a time: how often skills learned apart succeed one after the other.
+    CipCompose(cip_compose::ComposeArgs),
 }
 
 /// The experiments that have a report.
@@ -48,6 +52,9 @@ pub(crate) fn experiment(command: &ExperimentCommand, console: &Console) -> anyh
         ExperimentCommand::Run(ExperimentRun::CipAblation(args)) => {
             cip_ablation::run(args, console)
         }
+        ExperimentCommand::Run(ExperimentRun::CipCompose(args)) => {
+            cip_compose::compose(args, console)
+        }
         ExperimentCommand::Report(ExperimentReport::CipAblation(args)) => {
             cip_ablation::report(args, console)
         }
@@ -55,7 +62,7 @@ pub(crate) fn experiment(command: &ExperimentCommand, console: &Console) -> anyh
 }
 
 fn list(console: &Console) -> anyhow::Result<Answer> {
-    const EXPERIMENTS: [(&str, &str); 2] = [
+    const EXPERIMENTS: [(&str, &str); 3] = [
         (
             "chores",
             "how often the chores are achieved, over seeds; --goal and --fault choose",
@@ -63,6 +70,10 @@ fn list(console: &Console) -> anyhow::Result<Answer> {
         (
             "cip-ablation",
             "how contact skills are learned with and without each of their parts; has a report",
+        ),
+        (
+            "cip-compose",
+            "how often two contact skills learned apart succeed one after the other, in either order",
         ),
     ];
     let document: Vec<_> = EXPERIMENTS

@@ -3,13 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum as _};
-use factotum_experiments::sweep::{
-    Progress, RESULTS_NAME, RunResult, SeedSweep, SweepError, summarize,
-};
 use serde_json::json;
 
-use super::{duration_words, stop_on_interrupt};
-use crate::console::{Answer, Console, usage};
+use super::seeds::Seeds;
+use super::stop_on_interrupt;
+use crate::console::{Answer, Console};
 use crate::run::FaultName;
 
 /// Arguments of `factotum experiment run chores`.
@@ -40,79 +38,25 @@ pub(crate) struct ChoresArgs {
 
 /// Runs `factotum experiment run chores`.
 pub(super) fn chores(args: &ChoresArgs, console: &Console) -> anyhow::Result<Answer> {
-    if args.seeds == 0 {
-        return Err(usage("--seeds is 0, expected at least 1"));
-    }
-    let stop = stop_on_interrupt()?;
     let fault = args.fault.and_then(|fault| fault.to_possible_value());
     let fault = fault.as_ref().map(|fault| fault.get_name().to_owned());
     let folder = args.out.clone().unwrap_or_else(|| {
         let words = [Some("chores"), args.goal.as_deref(), fault.as_deref()];
         PathBuf::from("runs").join(words.into_iter().flatten().collect::<Vec<_>>().join("-"))
     });
-    let sweep = SeedSweep {
-        program: std::env::current_exe()?,
+    let seeds = Seeds {
         arguments: run_arguments(args, fault),
-        seeds: (0..args.seeds).collect(),
+        n: args.seeds,
         n_workers: args.workers,
-        folder: folder.clone(),
+        folder,
     };
-    let tell = |result: &RunResult, progress: Progress| {
-        let word = match (result.is_success(), result.is_answered()) {
-            (true, _) => "achieved",
-            (false, true) => "not achieved",
-            (false, false) => "no answer",
-        };
-        console.say(format_args!(
-            "seed {:>3}: {word} in {:.1} s; {} of {}, {} achieved; {} left",
-            result.seed,
-            result.wall_secs,
-            progress.n_done,
-            progress.n_runs,
-            progress.n_successes,
-            duration_words(progress.secs_left)
-        ));
+    let swept = seeds.run(&*stop_on_interrupt()?, console)?;
+    let document = match &swept.summary {
+        Some(summary) => json!({"complete": swept.is_complete, "summary": summary}),
+        None => json!({"complete": false, "n_runs": 0}),
     };
-    let results = sweep.run(&stop, tell).map_err(|error| match error {
-        SweepError::OtherCommand { .. } | SweepError::NoCommand { .. } => usage(error),
-        error => error.into(),
-    })?;
-    let is_complete = results.len() as u64 == args.seeds;
-    let Some(summary) = summarize(&results) else {
-        console.answer(&json!({"complete": false, "n_runs": 0}), || {
-            "no runs".to_owned()
-        })?;
-        return Ok(Answer::No);
-    };
-    console.answer(&json!({"complete": is_complete, "summary": summary}), || {
-        let interval = &summary.success;
-        let mut lines = vec![format!(
-            "{} of {} achieved; 95 % interval {:.0} to {:.0} % (Wilson); median {:.1} s, longest {:.1} s a run",
-            summary.n_successes,
-            summary.n_runs,
-            100.0 * interval.lower,
-            100.0 * interval.upper,
-            summary.wall_secs_median,
-            summary.wall_secs_max
-        )];
-        if !summary.seeds_failed.is_empty() {
-            lines.push(format!("not achieved: seeds {:?}", summary.seeds_failed));
-        }
-        if !summary.seeds_unanswered.is_empty() {
-            lines.push(format!("no answer: seeds {:?}", summary.seeds_unanswered));
-        }
-        if !is_complete {
-            lines.push(format!(
-                "stopped with {} of {} seeds run; the same command goes on",
-                summary.n_runs, args.seeds
-            ));
-        }
-        lines.push(format!("results: `{}`", folder.join(RESULTS_NAME).display()));
-        lines.join("\n")
-    })?;
-    Ok(Answer::from(
-        is_complete && summary.n_successes == summary.n_runs,
-    ))
+    console.answer(&document, || seeds.describe(&swept))?;
+    Ok(Answer::from(swept.is_success()))
 }
 
 /// The run of one seed, but for `--seed`. It keeps no run folder: its document is in the results.

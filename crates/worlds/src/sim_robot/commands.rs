@@ -5,8 +5,8 @@ use factotum_control::impedance::Posture;
 use factotum_control::tool_path::{TargetTrim, TimedPoses};
 use factotum_control::tool_servo::{JointGuard, ToolServo};
 use factotum_control::{
-    BasePath, BaseTwist, Command, GripperGoal, Impedance, MotionId, MotionStatus, RobotError,
-    ToolGoal, ToolPath,
+    ArmState, BasePath, BaseTwist, Command, ControlError, GripperGoal, Impedance, MotionId,
+    MotionStatus, RobotError, ToolGoal, ToolPath,
 };
 use factotum_descriptions::{Arm, JointTrajectory, nearest_name};
 use factotum_geometry::Pose2;
@@ -265,22 +265,9 @@ impl SimRobot {
             }) if last.guard == goal.guard => (Some(id), servo),
             other => {
                 self.live.arm.motion = other;
+                let servo = self.tool_servo(&goal, &arm).map_err(refusal)?;
                 let preempted = self.preempt_arm(&readings.arm_positions, readings.lift_m);
-                let Arm {
-                    torque_max_nm,
-                    velocity_max_rad_per_s,
-                    ..
-                } = &self.config.robot.arm;
-                let limits = self.dynamics.joint_limits();
-                let servo =
-                    JointGuard::new(goal.guard, &limits, velocity_max_rad_per_s, torque_max_nm)
-                        .and_then(|guard| {
-                            let mut servo =
-                                ToolServo::new(torque_max_nm, guard, arm.positions.clone());
-                            servo.restart(&arm)?;
-                            Ok(servo)
-                        });
-                (preempted, Box::new(servo.map_err(refusal)?))
+                (preempted, Box::new(servo))
             }
         };
         self.live.arm.motion = Some(ArmMotion::Goal {
@@ -290,6 +277,20 @@ impl SimRobot {
             servo,
         });
         Ok(preempted)
+    }
+
+    /// A servo for a goal, from an arm at rest.
+    fn tool_servo(&self, goal: &ToolGoal, arm: &ArmState) -> Result<ToolServo, ControlError> {
+        let Arm {
+            torque_max_nm,
+            velocity_max_rad_per_s,
+            ..
+        } = &self.config.robot.arm;
+        let limits = self.dynamics.joint_limits();
+        let guard = JointGuard::new(goal.guard, &limits, velocity_max_rad_per_s, torque_max_nm)?;
+        let mut servo = ToolServo::new(torque_max_nm, guard, arm.positions.clone());
+        servo.restart(arm)?;
+        Ok(servo)
     }
 
     /// Ends the arm's motion, if there is one; joints that the next does not name hold where they are.

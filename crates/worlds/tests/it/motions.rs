@@ -3,11 +3,13 @@
 use std::sync::{Arc, Mutex};
 
 use factotum_control::{
-    BasePath, BaseTwist, Command, GripperGoal, Impedance, MotionStatus, Robot as _, ToolPath,
+    BasePath, BaseTwist, Command, GripperGoal, GuardSpec, Impedance, MotionStatus, Robot as _,
+    ToolGoal, ToolPath,
 };
 use factotum_geometry::Pose2;
 use factotum_geometry::frames::wrap_angle;
-use nalgebra::{Vector2, Vector3};
+use factotum_worlds::SimRobot;
+use nalgebra::{Translation3, Vector2, Vector3};
 
 use crate::fixture::{
     base_from_tcp, config, household, move_to, must, path_to, pose, run, starting_at,
@@ -132,6 +134,45 @@ fn a_base_in_front_of_a_wall_says_that_it_is_stuck() {
         panic!("{status:?}")
     };
     assert!(reason.starts_with("the base is stuck"), "{reason}");
+}
+
+#[test]
+fn tool_goals_pull_the_tool_along_until_nobody_sends_any_more() {
+    let mut robot = household(1);
+    let ready = robot.description().arm.ready.clone();
+    let trajectory = move_to(&mut robot, 0.2, &ready, 8.0);
+    must(&mut robot, Command::Joints(trajectory));
+    let start = base_from_tcp(&mut robot);
+    let guard = GuardSpec::Barrier { margin_rad: 0.1 };
+    let mut last = None;
+    // 8 cm in 2 s, 20 goals a second.
+    for i in 1..=40 {
+        let goal = ToolGoal {
+            base_from_tcp: Translation3::new(0.0, 0.002 * f64::from(i), 0.0) * start,
+            impedance: Impedance::uniform(300.0, 300.0),
+            guard,
+            valid_secs: 0.125,
+        };
+        let id = robot.send(Command::ToolGoal(goal)).unwrap();
+        if let Some(last) = last.replace(id) {
+            assert_eq!(robot.progress(last).unwrap(), MotionStatus::Preempted);
+        }
+        robot.wait(0.05).unwrap();
+    }
+    let last = last.unwrap();
+    assert_eq!(robot.progress(last).unwrap(), MotionStatus::Active);
+    robot.wait(0.1).unwrap();
+    assert_eq!(robot.progress(last).unwrap(), MotionStatus::Done);
+    let moved = |robot: &mut SimRobot| {
+        let tool = base_from_tcp(robot).translation.vector;
+        tool - start.translation.vector
+    };
+    let way = moved(&mut robot);
+    assert!((0.06..0.085).contains(&way.y), "{way}");
+    assert!(way.xz().norm() < 0.01, "{way}");
+    robot.wait(1.0).unwrap();
+    let drift = moved(&mut robot) - way;
+    assert!(drift.norm() < 0.005, "it moved on by {drift}");
 }
 
 #[test]

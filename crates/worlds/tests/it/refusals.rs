@@ -1,14 +1,15 @@
 //! What makes no sense for this robot is refused, and changes nothing.
 
 use factotum_control::{
-    BasePath, BaseTwist, Command, GripperGoal, Impedance, MotionId, Robot as _, ToolPath,
+    BasePath, BaseTwist, Command, GripperGoal, GuardSpec, Impedance, MotionId, Robot as _,
+    ToolGoal, ToolPath,
 };
 use factotum_descriptions::{JointTrajectory, TrajectoryPoint};
 use factotum_geometry::Pose;
 use factotum_worlds::SimRobot;
 use nalgebra::Vector3;
 
-use crate::fixture::household;
+use crate::fixture::{base_from_tcp, household};
 
 fn refusal(robot: &mut SimRobot, command: Command) -> String {
     robot.send(command).unwrap_err().to_string()
@@ -83,6 +84,51 @@ fn bad_commands_are_refused_with_the_reason() {
         tolerance_m: 0.01,
     };
     assert!(refusal(&mut robot, Command::Tool(far)).contains("m from the tool"));
+    let here = base_from_tcp(&mut robot);
+    let goal = ToolGoal {
+        base_from_tcp: here,
+        impedance: Impedance::default(),
+        guard: GuardSpec::None,
+        valid_secs: 0.1,
+    };
+    let elsewhere = Pose::translation(f64::NAN, 0.0, 1.0);
+    let crossed = GuardSpec::Envelope {
+        null_space_rad: 0.1,
+        push_back_rad: 0.2,
+    };
+    for (goal, reason) in [
+        (
+            ToolGoal {
+                base_from_tcp: Pose::translation(0.2, 0.0, 0.0) * here,
+                ..goal
+            },
+            "the tool goal is 0.200 m from the tool, expected at most 0.1 m",
+        ),
+        (
+            ToolGoal {
+                base_from_tcp: elsewhere,
+                ..goal
+            },
+            "the tool goal is NaN m from the tool",
+        ),
+        (
+            ToolGoal {
+                valid_secs: 0.0,
+                ..goal
+            },
+            "a tool goal for 0 s; expected a positive time",
+        ),
+        (
+            ToolGoal {
+                guard: crossed,
+                ..goal
+            },
+            "safety thresholds",
+        ),
+    ] {
+        let refused = refusal(&mut robot, Command::ToolGoal(goal));
+        assert!(refused.contains(reason), "{refused}");
+    }
     assert!(robot.wait(f64::INFINITY).is_err());
     // Nothing was started: the first motion gets the first name.
     assert!(robot.progress(MotionId(1)).is_err());
