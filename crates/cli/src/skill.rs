@@ -3,6 +3,7 @@
 mod curve;
 mod run;
 mod stopwatch;
+mod video;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,7 +13,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use factotum_descriptions::TaskSpec;
 use factotum_experiments::skill_folder::{SkillFolder, SkillRecord};
 use factotum_experiments::skill_training::{
-    SkillError, Training, TrainingEvent, TrainingSummary, WhichPolicy, evaluate,
+    Judging, SkillError, Training, TrainingEvent, TrainingSummary, WhichPolicy,
 };
 use factotum_skills::cip::perturbation::Perturbation;
 use factotum_skills::cip::setting::Ablation;
@@ -24,6 +25,7 @@ use crate::console::{Answer, Console, tell, usage};
 use curve::Curve;
 use run::RunArgs;
 use stopwatch::Stopwatch;
+use video::Video;
 
 /// Arguments of `factotum skill`.
 #[derive(Debug, Subcommand)]
@@ -77,6 +79,9 @@ pub(crate) struct EvalArgs {
     /// Which policy: that of the best evaluation while training, or that of the last.
     #[arg(long, value_enum, default_value_t = PolicyName::Best)]
     policy: PolicyName,
+    /// Leave a picture strip (PNG) and a recording (MCAP, for Foxglove) of the first three rollouts in this folder.
+    #[arg(long, value_name = "DIR")]
+    video: Option<PathBuf>,
 }
 
 /// What may be otherwise than the skill was trained for.
@@ -278,16 +283,27 @@ fn eval_command(args: &EvalArgs, console: &Console) -> anyhow::Result<Answer> {
     };
     console.progress(format!("{} rollouts of {}", args.rollouts, task.name));
     let perturbation = args.perturb.checked()?;
-    let judged = evaluate(
-        &folder,
-        &task,
-        &record,
+    let mut video = args.video.as_deref().map(Video::new).transpose()?;
+    let judging = Judging {
+        folder: &folder,
+        task: &task,
+        record: &record,
         which,
-        &perturbation,
-        args.rollouts,
-        args.seed,
-    );
+        perturbation,
+        rollouts: args.rollouts,
+        seed: args.seed,
+    };
+    let judged = judging.run(&mut |rig| {
+        if let Some(video) = &mut video {
+            video.see(rig);
+        }
+    });
     let (evaluation, _) = judged.map_err(of_input)?;
+    if let Some(video) = video {
+        for file in video.finish()? {
+            console.say(format_args!("`{}`", file.display()));
+        }
+    }
     let document = json!({
         "success_rate": evaluation.success_rate,
         "violation_rate": evaluation.violation_rate,

@@ -14,6 +14,7 @@
 
 pub mod composition;
 pub mod figure;
+pub mod film;
 pub mod grid;
 pub mod recording;
 pub mod report;

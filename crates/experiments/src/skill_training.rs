@@ -7,7 +7,7 @@ use factotum_learning::checkpoint::{self, CheckpointError};
 use factotum_skills::cip::environment::{CipEnvironment, CipError, PhaseWatch, Summary};
 use factotum_skills::cip::initiation::GraspInitiation;
 use factotum_skills::cip::perturbation::Perturbation;
-use factotum_skills::cip::rig::Rig as _;
+use factotum_skills::cip::rig::{Rig as _, Watched};
 use factotum_skills::cip::training::{
     EpisodeRecord, EvaluationRecord, Trainer, TrainingError, identity, judge,
 };
@@ -202,40 +202,65 @@ pub enum WhichPolicy {
     Last,
 }
 
-/// Rollouts of a folder's policy that neither training nor its evaluations have seen.
-///
-/// # Errors
-/// [`SkillError`], such as for a policy of another task or robot.
-pub fn evaluate(
-    folder: &SkillFolder,
-    task: &TaskSpec,
-    record: &SkillRecord,
-    which: WhichPolicy,
-    perturbation: &Perturbation,
-    rollouts: u32,
-    seed: u64,
-) -> Result<(EvaluationRecord, Vec<Summary>), SkillError> {
-    let rig = TaskRig::perturbed(task, perturbation)?;
-    let setting = record.setting.clone();
-    let (mut environment, mut policy) = match which {
-        WhichPolicy::Best => {
-            let (policy, _) = checkpoint::load_policy(&folder.policy(), &identity(&rig, task))?;
-            let initiation = setting
-                .head
-                .then(|| GraspInitiation::read(&folder.grasps(), setting.bandit))
-                .transpose()
-                .map_err(TrainingError::Initiation)?;
-            let environment = CipEnvironment::new(rig, task, setting, initiation)
-                .map_err(TrainingError::Environment)?;
-            (environment, policy)
-        }
-        WhichPolicy::Last => {
-            let checkpoint = folder.checkpoint();
-            Trainer::resume(rig, task, setting, record.seed, &checkpoint)?.into_parts()
-        }
-    };
-    environment.set_perturbation(*perturbation);
-    Ok(judge(&mut environment, &mut policy, rollouts, seed)?)
+/// A skill to be judged by rollouts that neither training nor its evaluations have seen.
+#[derive(Debug, Clone, Copy)]
+pub struct Judging<'a> {
+    /// Where it is kept.
+    pub folder: &'a SkillFolder,
+    /// The task.
+    pub task: &'a TaskSpec,
+    /// What it was trained with.
+    pub record: &'a SkillRecord,
+    /// Which of its policies.
+    pub which: WhichPolicy,
+    /// What is otherwise than it was trained for.
+    pub perturbation: Perturbation,
+    /// Rollouts.
+    pub rollouts: u32,
+    /// Seed of the rollouts.
+    pub seed: u64,
+}
+
+impl Judging<'_> {
+    /// Judges it; `watch` sees the rig after every placing and every step.
+    ///
+    /// # Errors
+    /// [`SkillError`], such as for a policy of another task or robot.
+    pub fn run(
+        &self,
+        watch: &mut dyn FnMut(&TaskRig),
+    ) -> Result<(EvaluationRecord, Vec<Summary>), SkillError> {
+        let Self {
+            folder,
+            task,
+            record,
+            which,
+            perturbation,
+            rollouts,
+            seed,
+        } = *self;
+        let rig = Watched::new(TaskRig::perturbed(task, &perturbation)?, watch);
+        let setting = record.setting.clone();
+        let (mut environment, mut policy) = match which {
+            WhichPolicy::Best => {
+                let (policy, _) = checkpoint::load_policy(&folder.policy(), &identity(&rig, task))?;
+                let initiation = setting
+                    .head
+                    .then(|| GraspInitiation::read(&folder.grasps(), setting.bandit))
+                    .transpose()
+                    .map_err(TrainingError::Initiation)?;
+                let environment = CipEnvironment::new(rig, task, setting, initiation)
+                    .map_err(TrainingError::Environment)?;
+                (environment, policy)
+            }
+            WhichPolicy::Last => {
+                let checkpoint = folder.checkpoint();
+                Trainer::resume(rig, task, setting, record.seed, &checkpoint)?.into_parts()
+            }
+        };
+        environment.set_perturbation(perturbation);
+        Ok(judge(&mut environment, &mut policy, rollouts, seed)?)
+    }
 }
 
 /// The skill of a folder as a primitive for any robot of its kind: the policy of the best evaluation, and I_c.

@@ -58,6 +58,7 @@ mod joint_kind;
 mod kinematics;
 mod model;
 mod model_edit;
+mod picture;
 mod planar_lidar;
 mod ray_fan;
 mod rays;
@@ -79,6 +80,7 @@ pub use ids::{ActuatorId, BodyId, CameraId, GeomId, JointId, KeyframeId, SensorI
 pub use joint_kind::JointKind;
 pub use model::Model;
 pub use model_edit::ModelEdit;
+pub use picture::{Picture, picture};
 pub use planar_lidar::planar_scan;
 pub use rays::{RayFilter, RayHit};
 pub use scene::{

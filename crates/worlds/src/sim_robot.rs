@@ -156,7 +156,9 @@ impl SimRobot {
             observed_secs: 0.0,
         };
         let mut sim = Self {
-            visuals: visual::visual_bodies(&assembly),
+            visuals: visual::visual_bodies(&assembly.model, |body| {
+                visual::group_of(&assembly, body)
+            }),
             placed,
             assembly,
             state,

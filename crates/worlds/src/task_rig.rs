@@ -27,6 +27,7 @@ use nalgebra::{DMatrix, DVector, Matrix6xX, Point3, Vector3};
 
 use crate::assembly::STEP_SECS;
 use crate::sim_robot::grip::GripperScale;
+use crate::visual::{BodyGroup, VisualBody, visual_bodies};
 
 /// Prefix of the object's names.
 const OBJECT: &str = "object/";
@@ -264,6 +265,17 @@ impl TaskRig {
     /// The simulation, to look at.
     pub fn state(&self) -> &State {
         &self.state
+    }
+
+    /// What there is to draw, with the identifiers of the bodies.
+    pub fn visual_bodies(&self) -> Vec<(BodyId, VisualBody)> {
+        visual_bodies(self.state.model(), |body| {
+            if self.ids.robot_bodies.contains(&body) {
+                BodyGroup::Robot
+            } else {
+                BodyGroup::Object
+            }
+        })
     }
 
     fn physics(&self, source: PhysicsError) -> RigError {

@@ -2,7 +2,7 @@
 
 use factotum_control::RobotState;
 use factotum_geometry::Pose;
-use factotum_physics::{BodyId, GeomId, GeomShape, State};
+use factotum_physics::{BodyId, GeomId, GeomShape, Model, State};
 
 use crate::assembly::Assembly;
 
@@ -54,21 +54,23 @@ pub struct WorldView<'a> {
 const GROUP_DRAWN_MAX: usize = 2;
 
 /// The drawn bodies of a world, with their identifiers.
-pub(crate) fn visual_bodies(assembly: &Assembly) -> Vec<(BodyId, VisualBody)> {
-    let model = &assembly.model;
+pub(crate) fn visual_bodies(
+    model: &Model,
+    group_of: impl Fn(BodyId) -> BodyGroup,
+) -> Vec<(BodyId, VisualBody)> {
     model
         .bodies()
         .filter_map(|body| {
             let shapes: Vec<VisualShape> = model
                 .geoms_of_body(body)
                 .into_iter()
-                .filter_map(|geom| visual_shape(assembly, geom))
+                .filter_map(|geom| visual_shape(model, geom))
                 .collect();
             if shapes.is_empty() {
                 return None;
             }
             let name = model.body_name(body).to_owned();
-            let group = group_of(assembly, body);
+            let group = group_of(body);
             Some((
                 body,
                 VisualBody {
@@ -81,8 +83,7 @@ pub(crate) fn visual_bodies(assembly: &Assembly) -> Vec<(BodyId, VisualBody)> {
         .collect()
 }
 
-fn visual_shape(assembly: &Assembly, geom: GeomId) -> Option<VisualShape> {
-    let model = &assembly.model;
+fn visual_shape(model: &Model, geom: GeomId) -> Option<VisualShape> {
     let rgba = model.geom_rgba(geom);
     let seen = rgba[3] > 0.0 && model.geom_group(geom) <= GROUP_DRAWN_MAX;
     seen.then(|| VisualShape {
@@ -92,7 +93,8 @@ fn visual_shape(assembly: &Assembly, geom: GeomId) -> Option<VisualShape> {
     })
 }
 
-fn group_of(assembly: &Assembly, body: BodyId) -> BodyGroup {
+/// Whose a body of a home is.
+pub(crate) fn group_of(assembly: &Assembly, body: BodyId) -> BodyGroup {
     let model = &assembly.model;
     if assembly.robot.bodies.contains(&body) {
         return BodyGroup::Robot;

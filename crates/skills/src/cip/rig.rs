@@ -116,3 +116,49 @@ pub struct Reading {
     /// Smallest distance of a joint of the arm to its limit in the last step, rad.
     pub limit_distance_rad: f64,
 }
+
+/// A rig with somebody who looks on, after every placing and every step.
+#[derive(Debug)]
+pub struct Watched<R, W> {
+    rig: R,
+    watcher: W,
+}
+
+impl<R: Rig, W: FnMut(&R)> Watched<R, W> {
+    /// A rig that is watched from now on.
+    pub fn new(rig: R, watcher: W) -> Self {
+        Self { rig, watcher }
+    }
+}
+
+impl<R: Rig, W: FnMut(&R)> Rig for Watched<R, W> {
+    type Error = R::Error;
+
+    fn anatomy(&self) -> &Anatomy {
+        self.rig.anatomy()
+    }
+
+    fn set_guard(&mut self, guard: GuardSpec) -> Result<(), R::Error> {
+        self.rig.set_guard(guard)
+    }
+
+    fn place(&mut self, placing: &Placing) -> Result<bool, R::Error> {
+        let is_clear = self.rig.place(placing)?;
+        (self.watcher)(&self.rig);
+        Ok(is_clear)
+    }
+
+    fn step(&mut self, command: &RigCommand) -> Result<(), R::Error> {
+        self.rig.step(command)?;
+        (self.watcher)(&self.rig);
+        Ok(())
+    }
+
+    fn reading(&self) -> &Reading {
+        self.rig.reading()
+    }
+
+    fn region_cloud(&mut self) -> Result<PointCloud, R::Error> {
+        self.rig.region_cloud()
+    }
+}
