@@ -6,25 +6,21 @@
 
 use factotum_descriptions::RobotDescription;
 use factotum_geometry::Pose;
-use factotum_physics::{AttachPoint, JointId, Model, PhysicsError, SceneBuilder, SiteId, State};
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix6xX};
+use factotum_physics::{AttachPoint, JointId, Model, PhysicsError, SceneBuilder, State};
 
 use crate::composition::attach_robot;
 use crate::error::{check_finite, check_size};
-use crate::{ArmState, ControlError};
+use crate::{ArmState, ControlError, ModelArm};
 
 /// Computes an [`ArmState`] from joint readings.
 #[derive(Debug)]
 pub struct ArmDynamics {
     robot: String,
     state: State,
-    joints: Vec<JointId>,
+    arm: ModelArm,
     lift: Option<JointId>,
-    tcp: SiteId,
     /// Pose of the base link when the base joints are at zero.
     world_from_base: Pose,
-    mass_all: DMatrix<f64>,
-    jacobian_all: DMatrix<f64>,
 }
 
 impl ArmDynamics {
@@ -64,16 +60,12 @@ impl ArmDynamics {
         let mut state = State::new(&model)?;
         state.forward_kinematics()?;
         let world_from_base = base.map_or_else(Pose::identity, |body| state.world_from_body(body));
-        let n_v = model.n_v();
         Ok(Self {
             robot: robot.name.clone(),
             state,
-            joints,
+            arm: ModelArm::new(&model, joints, tcp),
             lift,
-            tcp,
             world_from_base,
-            mass_all: DMatrix::zeros(n_v, n_v),
-            jacobian_all: DMatrix::zeros(6, n_v),
         })
     }
 
@@ -84,16 +76,14 @@ impl ArmDynamics {
 
     /// Number of arm joints.
     pub fn n_joints(&self) -> usize {
-        self.joints.len()
+        self.arm.joints().len()
     }
 
     /// Limits of the arm joints in rad, `None` for a joint that turns without end.
     pub fn joint_limits(&self) -> Vec<Option<[f64; 2]>> {
         let model = self.state.model();
-        self.joints
-            .iter()
-            .map(|&joint| model.joint_range(joint))
-            .collect()
+        let joints = self.arm.joints().iter();
+        joints.map(|&joint| model.joint_range(joint)).collect()
     }
 
     /// Limits of the lift in m, if there is a lift and it has limits.
@@ -111,7 +101,7 @@ impl ArmDynamics {
         positions: &[f64],
         velocities: &[f64],
     ) -> Result<ArmState, ControlError> {
-        let n = self.joints.len();
+        let n = self.n_joints();
         check_size("arm positions", positions.len(), n)?;
         check_size("arm velocities", velocities.len(), n)?;
         check_finite("joint readings", positions.iter().chain(velocities))?;
@@ -121,7 +111,7 @@ impl ArmDynamics {
                 robot: self.robot.clone(),
                 source,
             })?;
-        Ok(self.read(positions, velocities))
+        Ok(self.read())
     }
 
     /// Tool pose in the base frame at these joint positions.
@@ -142,7 +132,9 @@ impl ArmDynamics {
         if let Some(lift) = self.lift {
             self.state.set_joint_position(lift, lift_m);
         }
-        for ((&joint, &position), &velocity) in self.joints.iter().zip(positions).zip(velocities) {
+        for ((&joint, &position), &velocity) in
+            self.arm.joints().iter().zip(positions).zip(velocities)
+        {
             self.state.set_joint_position(joint, position);
             let dof = self.state.model().dof_adr(joint);
             self.state.qvel_mut()[dof] = velocity;
@@ -150,40 +142,17 @@ impl ArmDynamics {
         self.state.dynamics()
     }
 
-    fn read(&mut self, positions: &[f64], velocities: &[f64]) -> ArmState {
-        self.state.mass_matrix_into(&mut self.mass_all);
-        self.state
-            .site_jacobian_into(self.tcp, &mut self.jacobian_all);
-        let n = self.joints.len();
-        let model = self.state.model();
-        let dofs: Vec<usize> = self
-            .joints
-            .iter()
-            .map(|&joint| model.dof_adr(joint))
-            .collect();
-        let base_from_world: Matrix3<f64> = self
-            .world_from_base
-            .rotation
-            .to_rotation_matrix()
-            .into_inner()
-            .transpose();
-        let mut jacobian = Matrix6xX::zeros(n);
-        for (column, &dof) in dofs.iter().enumerate() {
+    fn read(&self) -> ArmState {
+        let mut arm = self.arm.read(&self.state);
+        let base_from_world = self.world_from_base.inverse();
+        let rotation = base_from_world.rotation.to_rotation_matrix();
+        for mut column in arm.jacobian.column_iter_mut() {
             for first in [0, 3] {
-                let rotated = base_from_world * self.jacobian_all.fixed_view::<3, 1>(first, dof);
-                jacobian
-                    .fixed_view_mut::<3, 1>(first, column)
-                    .copy_from(&rotated);
+                let rotated = rotation * column.fixed_rows::<3>(first);
+                column.fixed_rows_mut::<3>(first).copy_from(&rotated);
             }
         }
-        let bias = self.state.bias_forces();
-        ArmState {
-            positions: DVector::from_row_slice(positions),
-            velocities: DVector::from_row_slice(velocities),
-            mass: DMatrix::from_fn(n, n, |i, j| self.mass_all[(dofs[i], dofs[j])]),
-            bias: DVector::from_iterator(n, dofs.iter().map(|&dof| bias[dof])),
-            jacobian,
-            base_from_tcp: self.world_from_base.inverse() * self.state.world_from_site(self.tcp),
-        }
+        arm.base_from_tcp = base_from_world * arm.base_from_tcp;
+        arm
     }
 }

@@ -33,7 +33,10 @@
 //! the posture is no longer exactly invisible to the tool.
 
 use factotum_geometry::Pose;
-use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, Matrix6, SymmetricEigen, Vector3, Vector6};
+use nalgebra::{
+    Cholesky, DMatrix, DVector, Matrix3, Matrix6, SMatrix, SVector, SymmetricEigen, Vector3,
+    Vector6,
+};
 
 use crate::error::{check_finite, check_size};
 use crate::robot::Impedance;
@@ -106,11 +109,12 @@ impl OperationalSpace {
         let n = arm.n_joints();
         let cholesky =
             Cholesky::new(arm.mass.clone()).ok_or(ControlError::MassMatrix { n_joints: n })?;
-        let mass_inv_jt = cholesky.solve(&arm.jacobian.transpose());
-        let mobility: Matrix6<f64> = &arm.jacobian * &mass_inv_jt;
+        let mut mass_inv_jt = arm.jacobian.transpose();
+        cholesky.solve_mut(&mut mass_inv_jt);
+        let mobility = &arm.jacobian * &mass_inv_jt;
         let inertia = guarded_inverse_6(&mobility);
         let null_space =
-            DMatrix::identity(n, n) - arm.jacobian.transpose() * inertia * mass_inv_jt.transpose();
+            DMatrix::identity(n, n) - arm.jacobian.tr_mul(&(inertia * mass_inv_jt.transpose()));
         Ok(Self {
             inertia_position: guarded_inverse(&mobility.fixed_view::<3, 3>(0, 0).into_owned()),
             inertia_rotation: guarded_inverse(&mobility.fixed_view::<3, 3>(3, 3).into_owned()),
@@ -123,13 +127,12 @@ impl OperationalSpace {
 /// Inverse of a symmetric positive semi-definite matrix whose eigenvalues are first raised to
 /// [`MOBILITY_RATIO_MIN`] of the largest; zero for the zero matrix (an arm that cannot move the tool at all).
 pub fn guarded_inverse(matrix: &Matrix3<f64>) -> Matrix3<f64> {
-    let eigen = SymmetricEigen::new((matrix + matrix.transpose()) * 0.5);
-    let floor = eigen.eigenvalues.max() * MOBILITY_RATIO_MIN;
-    if floor <= 0.0 {
-        return Matrix3::zeros();
-    }
-    let inverse = eigen.eigenvalues.map(|value| 1.0 / value.max(floor));
-    eigen.eigenvectors * Matrix3::from_diagonal(&inverse) * eigen.eigenvectors.transpose()
+    let symmetric = (matrix + matrix.transpose()) * 0.5;
+    well_conditioned_inverse(&symmetric).unwrap_or_else(|| {
+        let eigen = SymmetricEigen::new(symmetric);
+        let inverse = Matrix3::from_diagonal(&raised_reciprocals(&eigen.eigenvalues));
+        eigen.eigenvectors * inverse * eigen.eigenvectors.transpose()
+    })
 }
 
 /// As [`guarded_inverse`] for the coupled mobility. Its blocks differ in unit (1/kg and 1/(kg m²)), so each is first
@@ -144,19 +147,33 @@ fn guarded_inverse_6(matrix: &Matrix6<f64>) -> Matrix6<f64> {
         }
     };
     let (linear, angular) = (scale_of(0), scale_of(3));
-    let scale = Matrix6::from_diagonal(&Vector6::new(
-        linear, linear, linear, angular, angular, angular,
-    ));
-    let scaled = scale * (matrix + matrix.transpose()) * scale * 0.5;
-    let eigen = SymmetricEigen::new(scaled);
-    let floor = eigen.eigenvalues.max() * MOBILITY_RATIO_MIN;
+    let scale = Vector6::new(linear, linear, linear, angular, angular, angular);
+    let scales = scale * scale.transpose();
+    let scaled = (matrix + matrix.transpose()).component_mul(&scales) * 0.5;
+    let inverse = well_conditioned_inverse(&scaled).unwrap_or_else(|| {
+        let eigen = SymmetricEigen::new(scaled);
+        let inverse = Matrix6::from_diagonal(&raised_reciprocals(&eigen.eigenvalues));
+        eigen.eigenvectors * inverse * eigen.eigenvectors.transpose()
+    });
+    inverse.component_mul(&scales)
+}
+
+/// Inverse of a symmetric matrix none of whose eigenvalues would be raised, without finding them; `None` where one might
+/// be. The Frobenius norm bounds the largest eigenvalue, that of the inverse the reciprocal of the smallest.
+fn well_conditioned_inverse<const N: usize>(
+    matrix: &SMatrix<f64, N, N>,
+) -> Option<SMatrix<f64, N, N>> {
+    let inverse = Cholesky::new(*matrix)?.inverse();
+    (matrix.norm() * inverse.norm() * MOBILITY_RATIO_MIN <= 1.0).then_some(inverse)
+}
+
+/// Reciprocals of eigenvalues that are first raised to [`MOBILITY_RATIO_MIN`] of the largest; zeros if none is positive.
+fn raised_reciprocals<const N: usize>(eigenvalues: &SVector<f64, N>) -> SVector<f64, N> {
+    let floor = eigenvalues.max() * MOBILITY_RATIO_MIN;
     if floor <= 0.0 {
-        return Matrix6::zeros();
+        return SVector::zeros();
     }
-    let inverse = eigen.eigenvalues.map(|value| 1.0 / value.max(floor));
-    let inverse =
-        eigen.eigenvectors * Matrix6::from_diagonal(&inverse) * eigen.eigenvectors.transpose();
-    scale * inverse * scale
+    eigenvalues.map(|value| 1.0 / value.max(floor))
 }
 
 /// Damping gain of a stiffness gain: `2 ζ sqrt(kp)`, 1/s.
@@ -202,36 +219,43 @@ pub fn impedance_torques_in(
             .chain(&gains.kp_rotation)
             .chain([&gains.damping_ratio]),
     )?;
-    check_finite("tool target", target.base_from_tcp.to_homogeneous().iter())?;
+    let wanted = &target.base_from_tcp;
+    check_finite(
+        "tool target",
+        wanted
+            .translation
+            .vector
+            .iter()
+            .chain(wanted.rotation.coords.iter()),
+    )?;
     check_finite("tool target velocity", target.velocity.iter())?;
     let damping_of = |kp: &Vector3<f64>| kp.map(|kp| damping(kp, gains.damping_ratio));
     let velocity_error = target.velocity - arm.tool_velocity();
-    let position_error =
-        target.base_from_tcp.translation.vector - arm.base_from_tcp.translation.vector;
+    let position_error = wanted.translation.vector - arm.base_from_tcp.translation.vector;
     let force = space.inertia_position
         * (position_error.component_mul(&gains.kp_position)
             + velocity_error
                 .fixed_rows::<3>(0)
                 .component_mul(&damping_of(&gains.kp_position)));
     let moment = space.inertia_rotation
-        * (rotation_error(&arm.base_from_tcp, &target.base_from_tcp)
-            .component_mul(&gains.kp_rotation)
+        * (rotation_error(&arm.base_from_tcp, wanted).component_mul(&gains.kp_rotation)
             + velocity_error
                 .fixed_rows::<3>(3)
                 .component_mul(&damping_of(&gains.kp_rotation)));
-    let mut torques = arm.jacobian.fixed_rows::<3>(0).transpose() * force
-        + arm.jacobian.fixed_rows::<3>(3).transpose() * moment
-        + &arm.bias;
+    let wrench = Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z);
+    let mut torques = arm.bias.clone();
+    torques.gemv_tr(1.0, &arm.jacobian, &wrench, 1.0);
     if let Some(posture) = posture {
         check_size("posture", posture.positions.len(), arm.n_joints())?;
-        torques += &space.null_space * posture_torques(arm, posture);
+        torques.gemv(1.0, &space.null_space, &posture_torques(arm, posture), 1.0);
     }
     Ok(torques)
 }
 
 /// Torques that pull the joints to a posture with critical damping, before projection.
 fn posture_torques(arm: &ArmState, posture: &Posture) -> DVector<f64> {
-    let pull = (&posture.positions - &arm.positions) * posture.kp
-        - &arm.velocities * damping(posture.kp, 1.0);
+    let kd = damping(posture.kp, 1.0);
+    let mut pull = &posture.positions - &arm.positions;
+    pull.axpy(-kd, &arm.velocities, posture.kp);
     &arm.mass * pull
 }

@@ -8,6 +8,7 @@
 //! | [`robot`] | the `Robot` trait, its commands, states and errors |
 //! | [`arm_state`] | mass matrix, bias forces, Jacobian and tool pose of an arm at one instant |
 //! | [`arm_dynamics`] | the robot's own model, from which an arm state is computed |
+//! | [`model_arm`] | where the numbers of an arm lie in a physics model |
 //! | [`composition`] | putting a described robot together in a physics scene |
 //! | [`impedance`] | variable-impedance operational-space control (thesis Eq. 3.1) and null-space posture |
 //! | [`joint_tracking`] | computed-torque tracking of joint targets |
@@ -32,6 +33,7 @@ mod error;
 pub mod gripper;
 pub mod impedance;
 pub mod joint_tracking;
+pub mod model_arm;
 pub mod robot;
 pub mod safety;
 pub mod tool_path;
@@ -42,4 +44,5 @@ pub mod wrench_estimate;
 pub use arm_dynamics::ArmDynamics;
 pub use arm_state::ArmState;
 pub use error::ControlError;
+pub use model_arm::ModelArm;
 pub use robot::*;

@@ -108,36 +108,34 @@ impl ToolServo {
         target: &ToolTarget,
         gains: &Impedance,
         dt_secs: f64,
-    ) -> Result<DVector<f64>, ControlError> {
-        let space = match self.space.take() {
+    ) -> Result<&DVector<f64>, ControlError> {
+        let space = match &mut self.space {
             Some(space) if self.space_age < SPACE_STEPS => space,
-            _ => {
+            stale => {
                 self.space_age = 0;
-                OperationalSpace::of(arm)?
+                stale.insert(OperationalSpace::of(arm)?)
             }
         };
         self.space_age += 1;
-        let before = self.limiter.last().clone();
         let gains = match &self.guard {
             JointGuard::Envelope(envelope) => envelope.cap(*gains),
             JointGuard::None | JointGuard::Barrier(_) => *gains,
         };
-        let task = impedance_torques_in(&space, arm, target, &gains, Some(&self.posture))?;
-        let torques = match &mut self.guard {
-            JointGuard::None => self.limiter.limit(&task, dt_secs)?,
+        let task = impedance_torques_in(space, arm, target, &gains, Some(&self.posture))?;
+        match &mut self.guard {
+            JointGuard::None => self.limiter.limit(&task, dt_secs),
             JointGuard::Envelope(envelope) => {
-                let (guarded, _) = envelope.guard(arm, &space, task)?;
-                self.limiter.limit(&guarded, dt_secs)?
+                let (guarded, _) = envelope.guard(arm, space, task)?;
+                self.limiter.limit(&guarded, dt_secs)
             }
             JointGuard::Barrier(barrier) => {
                 // The gears are spared first; nothing comes after the barrier but the motors' own limit.
-                let spared = self.limiter.limit(&task, dt_secs)?;
+                let before = self.limiter.last().clone();
+                let spared = self.limiter.limit(&task, dt_secs)?.clone();
                 let kept = barrier.filter(arm, &spared, &before, self.limiter.max(), dt_secs)?;
                 self.limiter.set_last(&kept)?;
-                self.limiter.last().clone()
+                Ok(self.limiter.last())
             }
-        };
-        self.space = Some(space);
-        Ok(torques)
+        }
     }
 }

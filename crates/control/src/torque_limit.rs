@@ -60,14 +60,14 @@ impl TorqueLimiter {
         &mut self,
         wished: &DVector<f64>,
         dt_secs: f64,
-    ) -> Result<DVector<f64>, ControlError> {
+    ) -> Result<&DVector<f64>, ControlError> {
         self.check(wished)?;
         for i in 0..self.max.len() {
             let step = self.rate_max[i] * dt_secs;
             let near = wished[i].clamp(self.last[i] - step, self.last[i] + step);
             self.last[i] = near.clamp(-self.max[i], self.max[i]);
         }
-        Ok(self.last.clone())
+        Ok(&self.last)
     }
 
     fn check(&self, torques: &DVector<f64>) -> Result<(), ControlError> {

@@ -91,6 +91,10 @@ pub(crate) struct Tables {
     pub(crate) n_sensor_data: usize,
     pub(crate) timestep_secs: f64,
     pub(crate) gravity: Vector3<f64>,
+    /// Where the row of each degree of freedom lies among the entries of the mass matrix, lower triangle, and the
+    /// column of each entry.
+    pub(crate) mass_rows: Vec<std::ops::Range<usize>>,
+    pub(crate) mass_columns: Vec<usize>,
     pub(crate) qpos_reference: Vec<f64>,
     pub(crate) bodies: Vec<Body>,
     pub(crate) joints: Vec<Joint>,
@@ -172,6 +176,15 @@ impl Tables {
             n_sensor_data: size(raw.nsensordata),
             timestep_secs: raw.opt.timestep,
             gravity: Vector3::from(raw.opt.gravity),
+            mass_rows: column!(raw.M_rowadr, size(raw.nv))
+                .into_iter()
+                .zip(column!(raw.M_rownnz, size(raw.nv)))
+                .map(|(adr, n)| range_at(adr, n))
+                .collect(),
+            mass_columns: column!(raw.M_colind, size(raw.nC))
+                .into_iter()
+                .map(|column| size(column.into()))
+                .collect(),
             qpos_reference: column!(raw.qpos0, size(raw.nq)),
             bodies: bodies(raw, &names),
             joints: joints(raw, &names)?,

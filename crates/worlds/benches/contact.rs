@@ -22,12 +22,12 @@ use std::time::Instant;
 
 use factotum_control::impedance::ToolTarget;
 use factotum_control::tool_servo::{JointGuard, ToolServo};
-use factotum_control::{ArmState, Impedance};
+use factotum_control::{ArmState, Impedance, ModelArm};
 use factotum_descriptions::TaskSpec;
 use factotum_physics::{ActuatorId, JointId, Model, Pose, SiteId, Snapshot, State};
 use factotum_skills::cip::rig::{Placing, Rig as _, RigCommand};
 use factotum_worlds::TaskRig;
-use nalgebra::{DMatrix, DVector, Matrix6xX, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{DVector, Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
@@ -120,17 +120,14 @@ fn draw(rng: &mut ChaCha8Rng, base_from_tcp: &Pose) -> (Pose, Impedance) {
 struct RobosuiteDoor {
     model: Model,
     state: State,
-    joints: Vec<JointId>,
     motors: Vec<ActuatorId>,
     fingers: [ActuatorId; 2],
     finger_joints: [JointId; 2],
     hinge: JointId,
-    tcp: SiteId,
     handle: SiteId,
     servo: ToolServo,
+    places: ModelArm,
     arm: ArmState,
-    mass_all: DMatrix<f64>,
-    jacobian_all: DMatrix<f64>,
     rng: ChaCha8Rng,
     n_done: u32,
     /// Where the last measurement began, and the controls of its physics steps one after the other.
@@ -141,7 +138,8 @@ struct RobosuiteDoor {
 impl RobosuiteDoor {
     fn new(file: &Path) -> Outcome<Self> {
         let model = Model::from_mjcf_file(file)?;
-        let state = State::new(&model)?;
+        let mut state = State::new(&model)?;
+        state.forward()?;
         let joint = |i: usize| model.joint(&format!("robot0_joint{i}"));
         let motor = |i: usize| model.actuator(&format!("robot0_torq_j{i}"));
         let motors = (1..=7).map(motor).collect::<Result<Vec<_>, _>>()?;
@@ -153,8 +151,10 @@ impl RobosuiteDoor {
                     .map_or(0.0, |range| range[1])
             })
             .collect();
+        let joints = (1..=7).map(joint).collect::<Result<Vec<_>, _>>()?;
+        let tcp = model.site("gripper0_right_grip_site")?;
+        let places = ModelArm::new(&model, joints, tcp);
         let mut door = Self {
-            joints: (1..=7).map(joint).collect::<Result<Vec<_>, _>>()?,
             motors,
             fingers: [
                 model.actuator("gripper0_right_gripper_finger_joint1")?,
@@ -165,19 +165,10 @@ impl RobosuiteDoor {
                 model.joint("gripper0_right_finger_joint2")?,
             ],
             hinge: model.joint("Door_hinge")?,
-            tcp: model.site("gripper0_right_grip_site")?,
             handle: model.site("Door_handle")?,
             servo: ToolServo::new(&most, JointGuard::None, DVector::zeros(7)),
-            arm: ArmState {
-                positions: DVector::zeros(7),
-                velocities: DVector::zeros(7),
-                mass: DMatrix::identity(7, 7),
-                bias: DVector::zeros(7),
-                jacobian: Matrix6xX::zeros(7),
-                base_from_tcp: Pose::identity(),
-            },
-            mass_all: DMatrix::zeros(model.n_v(), model.n_v()),
-            jacobian_all: DMatrix::zeros(6, model.n_v()),
+            arm: places.read(&state),
+            places,
             rng: ChaCha8Rng::seed_from_u64(1),
             n_done: 0,
             before: state.snapshot(),
@@ -192,34 +183,9 @@ impl RobosuiteDoor {
     fn begin(&mut self) -> Outcome<()> {
         self.state.reset_to_keyframe(self.model.keyframe("home")?)?;
         self.state.forward()?;
-        self.read_arm();
+        self.places.read_into(&self.state, &mut self.arm);
         self.servo.restart(&self.arm)?;
         Ok(())
-    }
-
-    fn read_arm(&mut self) {
-        let Self {
-            state,
-            arm,
-            joints,
-            model,
-            ..
-        } = self;
-        state.mass_matrix_into(&mut self.mass_all);
-        state.site_jacobian_into(self.tcp, &mut self.jacobian_all);
-        for (i, &joint) in joints.iter().enumerate() {
-            let dof = model.dof_adr(joint);
-            arm.positions[i] = state.joint_position(joint);
-            arm.velocities[i] = state.joint_velocity(joint);
-            arm.bias[i] = state.bias_forces()[dof];
-            arm.jacobian
-                .column_mut(i)
-                .copy_from(&self.jacobian_all.column(dof));
-            for (j, &other) in joints.iter().enumerate() {
-                arm.mass[(i, j)] = self.mass_all[(dof, model.dof_adr(other))];
-            }
-        }
-        arm.base_from_tcp = state.world_from_site(self.tcp);
     }
 
     /// Seconds that [`N_STEPS`] steps take.
@@ -232,13 +198,16 @@ impl RobosuiteDoor {
         self.controls.clear();
         let start = Instant::now();
         for _ in 0..N_STEPS {
-            let (target, gains) = draw(&mut self.rng, &self.state.world_from_site(self.tcp));
+            let (target, gains) = draw(
+                &mut self.rng,
+                &self.state.world_from_site(self.places.tcp()),
+            );
             let target = ToolTarget::at_rest(target);
             for _ in 0..N_SUBSTEPS {
                 self.state.step1()?;
-                self.read_arm();
+                self.places.read_into(&self.state, &mut self.arm);
                 let torques = self.servo.torques(&self.arm, &target, &gains, STEP_SECS)?;
-                for (&motor, &torque) in self.motors.iter().zip(&torques) {
+                for (&motor, &torque) in self.motors.iter().zip(torques) {
                     self.state.set_ctrl(motor, torque);
                 }
                 for (&finger, wide) in self.fingers.iter().zip([0.04, -0.04]) {
@@ -256,11 +225,11 @@ impl RobosuiteDoor {
     /// What robosuite tells a policy.
     fn observation(&self) -> Vec<f64> {
         let mut seen = Vec::with_capacity(51);
-        for &joint in &self.joints {
+        for &joint in self.places.joints() {
             let q = self.state.joint_position(joint);
             seen.extend([q.cos(), q.sin(), self.state.joint_velocity(joint)]);
         }
-        let tcp = self.state.world_from_site(self.tcp);
+        let tcp = self.state.world_from_site(self.places.tcp());
         let handle = self.state.world_from_site(self.handle).translation.vector;
         seen.extend(tcp.translation.vector.iter());
         seen.extend(tcp.rotation.coords.iter());

@@ -12,18 +12,18 @@ use factotum_control::composition::attach_robot;
 use factotum_control::gripper::GripperController;
 use factotum_control::impedance::ToolTarget;
 use factotum_control::tool_servo::{JointGuard, ToolServo};
-use factotum_control::{ArmDynamics, ArmState, ControlError, GripperGoal, GuardSpec};
+use factotum_control::{ArmDynamics, ArmState, ControlError, GripperGoal, GuardSpec, ModelArm};
 use factotum_descriptions::{DescriptionError, JointKind, ObjectJoint, RobotDescription, TaskSpec};
 use factotum_geometry::Pose;
 use factotum_geometry::cloud::PointCloud;
 use factotum_motion::{MotionError, RobotModel};
 use factotum_physics::{
     ActuatorId, AttachPoint, BodyId, GeomId, JointId, Model, Motion, Part, PhysicsError, Primitive,
-    SceneBuilder, SceneOptions, Shape, SiteId, State,
+    SceneBuilder, SceneOptions, Shape, State,
 };
 use factotum_skills::cip::perturbation::Perturbation;
 use factotum_skills::cip::rig::{Anatomy, Placing, Reading, Rig, RigCommand};
-use nalgebra::{DMatrix, DVector, Matrix6xX, Point3, Vector3};
+use nalgebra::{DVector, Point3, Vector3};
 
 use crate::assembly::STEP_SECS;
 use crate::sim_robot::grip::GripperScale;
@@ -84,10 +84,8 @@ struct Ids {
     stand: BodyId,
     robot_bodies: Vec<BodyId>,
     robot_geoms: Vec<GeomId>,
-    tcp: SiteId,
-    arm_joints: Vec<JointId>,
+    arm: ModelArm,
     arm_actuators: Vec<ActuatorId>,
-    arm_dofs: Vec<usize>,
     lift: Option<(JointId, ActuatorId)>,
     finger_joints: Vec<JointId>,
     finger_actuators: Vec<ActuatorId>,
@@ -110,8 +108,6 @@ pub struct TaskRig {
     grip: GripperController,
     servo: ToolServo,
     arm: ArmState,
-    mass_all: DMatrix<f64>,
-    jacobian_all: DMatrix<f64>,
     n_substeps: u32,
     link_from_region: Point3<f64>,
     reading: Reading,
@@ -186,7 +182,7 @@ impl TaskRig {
         let scale = GripperScale::measure(&robot, dynamics.model())
             .map_err(physics)?
             .ok_or_else(|| misfit(task, "robot", format!("`{}`", robot.name), "a gripper"))?;
-        let n = ids.arm_joints.len();
+        let n = ids.arm.joints().len();
         let aperture_max_m = robot
             .gripper
             .as_ref()
@@ -194,7 +190,8 @@ impl TaskRig {
         let anatomy = Anatomy {
             robot: RobotModel::load(&robot)?,
             arm_limits: ids
-                .arm_joints
+                .arm
+                .joints()
                 .iter()
                 .map(|&joint| model.joint_range(joint))
                 .collect(),
@@ -204,7 +201,6 @@ impl TaskRig {
             object_joint,
             episode: task.episode,
         };
-        let n_v = model.n_v();
         let ready = DVector::from_row_slice(&robot.arm.ready);
         let n_substeps = (1.0 / (task.episode.control_hz * STEP_SECS))
             .round()
@@ -216,16 +212,7 @@ impl TaskRig {
             robot,
             scale,
             grip: GripperController::holding(1.0, task.episode.grip_force_n),
-            arm: ArmState {
-                positions: DVector::zeros(n),
-                velocities: DVector::zeros(n),
-                mass: DMatrix::identity(n, n),
-                bias: DVector::zeros(n),
-                jacobian: Matrix6xX::zeros(n),
-                base_from_tcp: Pose::identity(),
-            },
-            mass_all: DMatrix::zeros(n_v, n_v),
-            jacobian_all: DMatrix::zeros(6, n_v),
+            arm: ids.arm.read(&state),
             n_substeps: n_substeps as u32,
             link_from_region,
             reading: Reading {
@@ -332,36 +319,9 @@ impl TaskRig {
         }
     }
 
-    /// Reads the arm as the control law needs it.
-    fn read_arm(&mut self) {
-        let Self {
-            state,
-            ids,
-            arm,
-            mass_all,
-            jacobian_all,
-            ..
-        } = self;
-        state.mass_matrix_into(mass_all);
-        state.site_jacobian_into(ids.tcp, jacobian_all);
-        let bias = state.bias_forces();
-        for (i, &dof) in ids.arm_dofs.iter().enumerate() {
-            arm.positions[i] = state.joint_position(ids.arm_joints[i]);
-            arm.velocities[i] = state.qvel()[dof];
-            arm.bias[i] = bias[dof];
-            arm.jacobian
-                .column_mut(i)
-                .copy_from(&jacobian_all.column(dof));
-            for (j, &other) in ids.arm_dofs.iter().enumerate() {
-                arm.mass[(i, j)] = mass_all[(dof, other)];
-            }
-        }
-        arm.base_from_tcp = state.world_from_site(ids.tcp);
-    }
-
     /// Smallest distance of an arm joint to its limit, rad.
     fn limit_distance(&self) -> f64 {
-        let limits = self.ids.arm_joints.iter().zip(&self.anatomy.arm_limits);
+        let limits = self.ids.arm.joints().iter().zip(&self.anatomy.arm_limits);
         limits
             .filter_map(|(&joint, limit)| {
                 let [lower, upper] = (*limit)?;
@@ -373,17 +333,17 @@ impl TaskRig {
 
     /// Fills in what is felt, from a state whose poses are up to date.
     fn read(&mut self) {
-        let tcp_from_world = self.state.world_from_site(self.ids.tcp).inverse();
+        let tcp_from_world = self.state.world_from_site(self.ids.arm.tcp()).inverse();
         let Self {
             state,
             ids,
             reading,
             ..
         } = self;
-        for (place, &joint) in reading.arm_positions.iter_mut().zip(&ids.arm_joints) {
+        for (place, &joint) in reading.arm_positions.iter_mut().zip(ids.arm.joints()) {
             *place = state.joint_position(joint);
         }
-        for (place, &joint) in reading.arm_velocities.iter_mut().zip(&ids.arm_joints) {
+        for (place, &joint) in reading.arm_velocities.iter_mut().zip(ids.arm.joints()) {
             *place = state.joint_velocity(joint);
         }
         for (place, &joint) in reading.finger_positions.iter_mut().zip(&ids.finger_joints) {
@@ -399,7 +359,7 @@ impl TaskRig {
         {
             *place = tcp_from_world.rotation * force;
         }
-        reading.base_from_tcp = state.world_from_site(ids.tcp);
+        reading.base_from_tcp = state.world_from_site(ids.arm.tcp());
         reading.base_from_object = self.world_from_object;
         reading.region = state.world_from_body(ids.link) * self.link_from_region;
         reading.object_joint = state.joint_position(ids.object_joint);
@@ -411,11 +371,11 @@ impl TaskRig {
 
     fn substep(&mut self, target: &ToolTarget, command: &RigCommand) -> Result<(), RigError> {
         self.state.step1().map_err(|error| self.physics(error))?;
-        self.read_arm();
+        self.ids.arm.read_into(&self.state, &mut self.arm);
         let torques = self
             .servo
             .torques(&self.arm, target, &command.impedance, STEP_SECS)?;
-        for (&actuator, &torque) in self.ids.arm_actuators.iter().zip(&torques) {
+        for (&actuator, &torque) in self.ids.arm_actuators.iter().zip(torques) {
             self.state.set_ctrl(actuator, torque);
         }
         let force = self.largest_finger_force();
@@ -467,12 +427,12 @@ impl Rig for TaskRig {
             .map_err(|error| self.physics(error))?;
         self.state
             .set_joint_position(self.ids.object_joint, placing.object_joint);
-        let (lift, arm) = placing.q.split_at(wanted - self.ids.arm_joints.len());
+        let (lift, arm) = placing.q.split_at(wanted - self.ids.arm.joints().len());
         if let (Some((joint, actuator)), [height]) = (self.ids.lift, lift) {
             self.state.set_joint_position(joint, *height);
             self.state.set_ctrl(actuator, *height);
         }
-        for (&joint, &q) in self.ids.arm_joints.iter().zip(arm) {
+        for (&joint, &q) in self.ids.arm.joints().iter().zip(arm) {
             self.state.set_joint_position(joint, q);
         }
         for (&joint, q) in self
@@ -485,7 +445,7 @@ impl Rig for TaskRig {
         }
         self.set_fingers(placing.opening);
         self.state.forward().map_err(|error| self.physics(error))?;
-        self.read_arm();
+        self.ids.arm.read_into(&self.state, &mut self.arm);
         self.servo.restart(&self.arm)?;
         for (&actuator, &torque) in self.ids.arm_actuators.iter().zip(&self.arm.bias) {
             self.state.set_ctrl(actuator, torque);
@@ -616,6 +576,7 @@ fn look_up(task: &TaskSpec, robot: &RobotDescription, model: &Model) -> Result<I
         names.iter().map(|name| model.actuator(name)).collect()
     };
     let arm_joints = all(&robot.arm.joints).map_err(physics)?;
+    let tcp = model.site(&robot.arm.tcp_site).map_err(physics)?;
     let gripper = robot.gripper.as_ref();
     let (joints, actuators, pads) = gripper.map_or((&[][..], &[][..], &[][..]), |gripper| {
         (
@@ -649,13 +610,8 @@ fn look_up(task: &TaskSpec, robot: &RobotDescription, model: &Model) -> Result<I
         stand,
         robot_geoms,
         robot_bodies,
-        tcp: model.site(&robot.arm.tcp_site).map_err(physics)?,
-        arm_dofs: arm_joints
-            .iter()
-            .map(|&joint| model.dof_adr(joint))
-            .collect(),
+        arm: ModelArm::new(model, arm_joints, tcp),
         arm_actuators: drives(&robot.arm.actuators).map_err(physics)?,
-        arm_joints,
         lift,
         finger_joints: all(joints).map_err(physics)?,
         finger_actuators: drives(actuators).map_err(physics)?,

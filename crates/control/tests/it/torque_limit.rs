@@ -18,7 +18,7 @@ proptest! {
                 prop_assert!((now[i] - before[i]).abs() <= max[i] / FULL_TORQUE_SECS * dt * (1.0 + 1e-12));
                 prop_assert!((wish[i] - now[i]).abs() <= (wish[i] - before[i]).abs() + 1e-12);
             }
-            before = now;
+            before.clone_from(now);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use approx::assert_relative_eq;
 use factotum_physics::{Model, PhysicsError, Pose, State};
-use nalgebra::{DMatrix, DVector, Point3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix6xX, Point3, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
 
 use crate::models::ARM_AND_BALL;
@@ -50,6 +50,11 @@ proptest! {
         let mut jac = DMatrix::zeros(0, 0);
         state.site_jacobian_into(site, &mut jac);
         prop_assert_eq!(jac.shape(), (6, model.n_v()));
+        // Some columns of it, in another order.
+        let dofs: Vec<usize> = (0..model.n_v()).rev().step_by(2).collect();
+        let mut columns = Matrix6xX::zeros(1);
+        state.site_jacobian_columns_into(site, &dofs, &mut columns);
+        prop_assert_eq!(DMatrix::from_fn(6, dofs.len(), |i, j| jac[(i, dofs[j])]), columns);
         let start = state.snapshot();
         let (linear, angular) = state.site_velocity(site);
         let velocity = DVector::from_column_slice(state.qvel());
@@ -86,6 +91,11 @@ proptest! {
         state.dynamics().expect("sound");
         let mut mass = DMatrix::zeros(0, 0);
         state.mass_matrix_into(&mut mass);
+        let dofs: Vec<usize> = (0..model.n_v()).rev().step_by(2).collect();
+        let mut block = DMatrix::zeros(1, 1);
+        state.mass_block_into(&dofs, &mut block);
+        let picked = DMatrix::from_fn(dofs.len(), dofs.len(), |i, j| mass[(dofs[i], dofs[j])]);
+        prop_assert_eq!(picked, block);
         let bias = DVector::from_column_slice(state.bias_forces());
         state.forward().expect("sound");
         let residual = &mass * DVector::from_column_slice(state.qacc()) + &bias

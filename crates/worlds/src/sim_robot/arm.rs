@@ -170,7 +170,9 @@ impl ArmControl {
                 ..
             } => {
                 let target = ToolTarget::at_rest(goal.base_from_tcp);
-                let torques = servo.torques(arm, &target, &goal.impedance, dt_secs)?;
+                let torques = servo
+                    .torques(arm, &target, &goal.impedance, dt_secs)?
+                    .clone();
                 // They are within the motors' limits, which must not be applied twice.
                 self.limiter.set_last(&torques)?;
                 let status = if now_secs < *until_secs - 0.5 * dt_secs {
@@ -201,7 +203,7 @@ impl ArmControl {
         dt_secs: f64,
     ) -> Result<ArmCommand, ControlError> {
         Ok(ArmCommand {
-            torques: self.limiter.limit(wished, dt_secs)?,
+            torques: self.limiter.limit(wished, dt_secs)?.clone(),
             lift_m,
             ended,
         })
