@@ -4,8 +4,9 @@
     python env_steps.py PATH_OF_BENCHMARK PATH_OF_DOOR_XML [ROUNDS] > env_steps.jsonl
 
 robosuite: its Door environment, Panda, OSC_POSE with variable stiffness (13 actions), 20 Hz, 25 physics steps of 2 ms an
-environment step, no cameras, no latch. Factotum: the same scene as MJCF (`robosuite`), its physics alone in the same
-states (`raw`), and the door of assets/tasks (`own`). Actions are random and small, gripper open; every hundredth step
+environment step, no cameras, no latch. Factotum: the same scene as MJCF (`robosuite`) and the door of assets/tasks
+(`own`); `overhead` is what a step in that scene takes longer than its physics alone in the same states, as a share,
+measured step by step by the benchmark itself. Actions are random and small, gripper open; every hundredth step
 begins anew, which is not measured. A round is 50 steps of each. One line a round: steps per second of wall time, and
 per second that the process was on the processor.
 """
@@ -58,11 +59,14 @@ def main():
         with open(f"/proc/{ours.pid}/schedstat") as file:
             return int(file.read().split()[0]) * 1e-9
 
-    def of_ours(kind):
-        busy = busy_secs()
+    def ask(kind):
         ours.stdin.write(kind + "\n")
         ours.stdin.flush()
-        n, secs = ours.stdout.readline().split()
+        return ours.stdout.readline()
+
+    def of_ours(kind):
+        busy = busy_secs()
+        n, secs = ask(kind).split()
         # Beginning anew is in the processor's time: a few tenths of a per cent.
         return {"per_wall_sec": int(n) / float(secs), "per_cpu_sec": int(n) / (busy_secs() - busy)}
 
@@ -87,7 +91,8 @@ def main():
         }
 
     for index in range(n_rounds + 2):
-        line = {kind: of_ours(kind) for kind in ("robosuite", "raw", "own")}
+        line = {kind: of_ours(kind) for kind in ("robosuite", "own")}
+        line["overhead"] = float(ask("overhead"))
         line["peer"] = of_peer(index)
         if index >= 2:  # the first compile and warm the caches
             print(json.dumps(line), flush=True)

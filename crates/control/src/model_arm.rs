@@ -1,7 +1,7 @@
 //! Where the numbers of an arm lie in a physics model.
 
 use factotum_geometry::Pose;
-use factotum_physics::{JointId, Model, SiteId, State};
+use factotum_physics::{JointId, Model, SiteChain, SiteId, State};
 use nalgebra::{DMatrix, DVector, Matrix6xX};
 
 use crate::ArmState;
@@ -10,15 +10,17 @@ use crate::ArmState;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ModelArm {
     joints: Vec<JointId>,
-    dofs: Vec<usize>,
-    tcp: SiteId,
+    chain: SiteChain,
 }
 
 impl ModelArm {
     /// The arm of these joints, from the base on, that carries the tool frame `tcp`.
     pub fn new(model: &Model, joints: Vec<JointId>, tcp: SiteId) -> Self {
-        let dofs = joints.iter().map(|&joint| model.dof_adr(joint)).collect();
-        Self { joints, dofs, tcp }
+        let dofs: Vec<usize> = joints.iter().map(|&joint| model.dof_adr(joint)).collect();
+        Self {
+            joints,
+            chain: model.site_chain(tcp, &dofs),
+        }
     }
 
     /// The joints.
@@ -28,7 +30,7 @@ impl ModelArm {
 
     /// The tool frame.
     pub fn tcp(&self) -> SiteId {
-        self.tcp
+        self.chain.site()
     }
 
     /// The arm as it is in a simulated state, in the frame of the world; needs [`State::dynamics`], [`State::forward`] or
@@ -50,13 +52,13 @@ impl ModelArm {
     /// As [`read`](Self::read), into an arm state that was read before.
     pub fn read_into(&self, state: &State, arm: &mut ArmState) {
         let (velocities, bias) = (state.qvel(), state.bias_forces());
-        for (i, (&joint, &dof)) in self.joints.iter().zip(&self.dofs).enumerate() {
+        for (i, (&joint, &dof)) in self.joints.iter().zip(self.chain.dofs()).enumerate() {
             arm.positions[i] = state.joint_position(joint);
             arm.velocities[i] = velocities[dof];
             arm.bias[i] = bias[dof];
         }
-        state.mass_block_into(&self.dofs, &mut arm.mass);
-        state.site_jacobian_columns_into(self.tcp, &self.dofs, &mut arm.jacobian);
-        arm.base_from_tcp = state.world_from_site(self.tcp);
+        state.chain_mass_into(&self.chain, &mut arm.mass);
+        state.chain_jacobian_into(&self.chain, &mut arm.jacobian);
+        arm.base_from_tcp = state.world_from_site(self.tcp());
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::engine;
 use crate::error::PhysicsError;
-use crate::state::{State, view};
+use crate::state::State;
 
 impl State {
     /// Mass matrix, `n_v` × `n_v`, armature included. `mass` is resized when it is of another size.
@@ -28,27 +28,6 @@ impl State {
         };
         if self.check(rc, "mj_fullM").is_err() {
             mass.fill(f64::NAN);
-        }
-    }
-
-    /// The rows and columns of the mass matrix that belong to these degrees of freedom, in their order. `block` is
-    /// resized when it is of another size.
-    pub fn mass_block_into(&self, dofs: &[usize], block: &mut DMatrix<f64>) {
-        let n = dofs.len();
-        if block.shape() != (n, n) {
-            *block = DMatrix::zeros(n, n);
-        }
-        block.fill(0.0);
-        let tables = self.model().tables();
-        let entries = view!(self, M, tables.mass_columns.len());
-        for (i, &dof) in dofs.iter().enumerate() {
-            for entry in tables.mass_rows[dof].clone() {
-                let column = tables.mass_columns[entry];
-                if let Some(j) = dofs.iter().position(|&other| other == column) {
-                    block[(i, j)] = entries[entry];
-                    block[(j, i)] = entries[entry];
-                }
-            }
         }
     }
 

@@ -4,7 +4,7 @@
 use std::ffi::c_int;
 
 use mujoco_rs::mujoco_c::mjtObj;
-use nalgebra::{DMatrix, Matrix6xX, Point3, Vector3};
+use nalgebra::{DMatrix, Point3, Vector3};
 
 use crate::Pose;
 use crate::axes::{pose_from_mujoco, pose_from_pos_mat, world_from_optical};
@@ -14,7 +14,7 @@ use crate::ids::{BodyId, CameraId, GeomId, JointId, SiteId};
 use crate::state::{State, view};
 
 /// Row `i` of an array of `N`-vectors.
-fn row<const N: usize>(values: &[f64], i: usize) -> [f64; N] {
+pub(crate) fn row<const N: usize>(values: &[f64], i: usize) -> [f64; N] {
     let mut out = [0.0; N];
     out.copy_from_slice(&values[N * i..N * (i + 1)]);
     out
@@ -88,43 +88,6 @@ impl State {
         let pos = view!(self, site_xpos, 3 * self.model().n_sites());
         let point = Point3::from(row::<3>(pos, site.0));
         self.body_jacobian_into(self.model().site_body(site), &point, jac);
-    }
-
-    /// The columns of a site's Jacobian that belong to these degrees of freedom, in their order, as
-    /// [`site_jacobian_into`](Self::site_jacobian_into).
-    pub fn site_jacobian_columns_into(
-        &self,
-        site: SiteId,
-        dofs: &[usize],
-        columns: &mut Matrix6xX<f64>,
-    ) {
-        if columns.ncols() != dofs.len() {
-            *columns = Matrix6xX::zeros(dofs.len());
-        }
-        columns.fill(0.0);
-        let tables = self.model().tables();
-        let body = self.model().site_body(site).0;
-        let upwards = |&body: &usize| Some(tables.bodies[body].parent);
-        let chain = || std::iter::successors(Some(body), upwards).take_while(|&body| body != 0);
-        let Some(root) = chain().last() else {
-            return;
-        };
-        // MuJoCo refers the motion of a tree to the centre of its mass; rotation comes first.
-        let centre = row::<3>(view!(self, subtree_com, 3 * tables.bodies.len()), root);
-        let site_pos = row::<3>(view!(self, site_xpos, 3 * tables.sites.len()), site.0);
-        let from_centre = Vector3::from(site_pos) - Vector3::from(centre);
-        let motions = view!(self, cdof, 6 * tables.n_v);
-        for joint in chain().flat_map(|body| &tables.joints[tables.bodies[body].joints.clone()]) {
-            for dof in joint.dof_adr..joint.dof_adr + joint.kind.n_v() {
-                if let Some(i) = dofs.iter().position(|&wanted| wanted == dof) {
-                    let [rx, ry, rz, x, y, z] = row::<6>(motions, dof);
-                    let angular = Vector3::new(rx, ry, rz);
-                    let linear = Vector3::new(x, y, z) + angular.cross(&from_centre);
-                    columns.fixed_view_mut::<3, 1>(0, i).copy_from(&linear);
-                    columns.fixed_view_mut::<3, 1>(3, i).copy_from(&angular);
-                }
-            }
-        }
     }
 
     /// Jacobian of a point fixed to a body, given where the point is in the world; as

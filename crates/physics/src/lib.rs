@@ -64,6 +64,7 @@ mod ray_fan;
 mod rays;
 pub mod scene;
 mod self_collision;
+mod site_chain;
 mod snapshot;
 mod spec;
 mod state;
@@ -88,6 +89,7 @@ pub use scene::{
     SceneBuilder, SceneOptions, Shape,
 };
 pub use self_collision::{BodyPair, PairKind, self_collision_pairs};
+pub use site_chain::SiteChain;
 pub use snapshot::Snapshot;
 pub use spec::{NewActuator, Servo};
 pub use state::State;

@@ -53,7 +53,7 @@ proptest! {
         // Some columns of it, in another order.
         let dofs: Vec<usize> = (0..model.n_v()).rev().step_by(2).collect();
         let mut columns = Matrix6xX::zeros(1);
-        state.site_jacobian_columns_into(site, &dofs, &mut columns);
+        state.chain_jacobian_into(&model.site_chain(site, &dofs), &mut columns);
         prop_assert_eq!(DMatrix::from_fn(6, dofs.len(), |i, j| jac[(i, dofs[j])]), columns);
         let start = state.snapshot();
         let (linear, angular) = state.site_velocity(site);
@@ -93,7 +93,8 @@ proptest! {
         state.mass_matrix_into(&mut mass);
         let dofs: Vec<usize> = (0..model.n_v()).rev().step_by(2).collect();
         let mut block = DMatrix::zeros(1, 1);
-        state.mass_block_into(&dofs, &mut block);
+        let site = model.site("tcp").expect("there");
+        state.chain_mass_into(&model.site_chain(site, &dofs), &mut block);
         let picked = DMatrix::from_fn(dofs.len(), dofs.len(), |i, j| mass[(dofs[i], dofs[j])]);
         prop_assert_eq!(picked, block);
         let bias = DVector::from_column_slice(state.bias_forces());
