@@ -37,7 +37,7 @@ fn nearest(guard: JointGuard, wish: Vector3<f64>, force: Vector3<f64>) -> f64 {
         let target = ToolTarget::at_rest(goal);
         let gains = Impedance::uniform(300.0, 300.0);
         let torques = servo.torques(&arm, &target, &gains, STEP_SECS).unwrap();
-        snake.step(&torques);
+        snake.step(torques);
         let distances = arm.positions.iter().map(|q| LIMIT_RAD - q.abs());
         nearest = distances.fold(nearest, f64::min);
     }
@@ -79,7 +79,7 @@ fn far_from_the_limits_every_guard_is_the_same() {
             goal.translation.vector += wish;
             let target = ToolTarget::at_rest(goal);
             let torques = servo.torques(&arm, &target, &Impedance::default(), STEP_SECS);
-            snake.step(&torques.unwrap());
+            snake.step(torques.unwrap());
         }
         snake.arm_state().positions
     };

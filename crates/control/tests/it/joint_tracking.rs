@@ -34,7 +34,7 @@ fn follows_a_sine_within_a_milliradian_and_the_torque_limits() {
             worst = worst.max((&target.positions - &arm.positions).amax());
         }
         let wished = tracker.torques(&arm, &target, STEP_SECS).unwrap();
-        snake.step(&limiter.limit(&wished, STEP_SECS).unwrap());
+        snake.step(limiter.limit(&wished, STEP_SECS).unwrap());
     }
     assert!(worst < 2e-3, "{worst} rad");
 }

@@ -104,7 +104,7 @@ fn a_task_cannot_drive_the_arm_into_its_limits() {
             } else {
                 task
             };
-            snake.step(&limiter.limit(&wished, STEP_SECS).unwrap());
+            snake.step(limiter.limit(&wished, STEP_SECS).unwrap());
             let distances = (0..7).map(|joint| sigma.distance(joint, arm.positions[joint]));
             nearest = distances.fold(nearest, f64::min);
         }
