@@ -1,6 +1,7 @@
 //! `factotum skill`: contact skills, learned and judged.
 
 mod curve;
+mod motor;
 mod run;
 mod stopwatch;
 mod video;
@@ -23,6 +24,7 @@ use serde_json::json;
 use crate::assets;
 use crate::console::{Answer, Console, tell, usage};
 use curve::Curve;
+use motor::MotorArgs;
 use run::RunArgs;
 use stopwatch::Stopwatch;
 use video::Video;
@@ -30,7 +32,7 @@ use video::Video;
 /// Arguments of `factotum skill`.
 #[derive(Debug, Subcommand)]
 pub(crate) enum SkillCommand {
-    /// Learn a contact skill on a task, into a folder.
+    /// Learn a skill on a task, into a folder: a contact skill, or a motor skill if the task says so.
     Train(TrainArgs),
     /// Judge a learned skill by fresh rollouts.
     Eval(EvalArgs),
@@ -44,14 +46,18 @@ pub(crate) struct TrainArgs {
     /// Task: a task file, or the name of a shipped one.
     task: Option<PathBuf>,
     /// Which parts of the structure are there (thesis 3.3), or `hard-guard` and `fast`, which are ours.
-    #[arg(long, value_enum, default_value_t = AblationName::Cip)]
-    ablation: AblationName,
+    #[arg(
+        long,
+        value_enum,
+        help = "Which parts of the structure are there [default: cip]"
+    )]
+    ablation: Option<AblationName>,
     /// Where the dissertation's text and its code differ, or the text says nothing: as in the code.
     #[arg(long, conflicts_with = "resume")]
     as_in_the_code: bool,
-    /// Training episodes.
-    #[arg(long, value_name = "N", default_value_t = 100)]
-    episodes: u64,
+    /// Training episodes of a contact skill [default: 100].
+    #[arg(long, value_name = "N")]
+    episodes: Option<u64>,
     /// Seed of all that is random.
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -61,6 +67,8 @@ pub(crate) struct TrainArgs {
     /// Go on with the run in this folder from its last evaluation.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["task", "out", "seed", "ablation"])]
     resume: Option<PathBuf>,
+    #[command(flatten)]
+    motor: MotorArgs,
 }
 
 /// Arguments of `factotum skill eval`.
@@ -187,7 +195,11 @@ pub(crate) fn skill(command: &SkillCommand, console: &Console) -> anyhow::Result
 }
 
 fn train_command(args: &TrainArgs, console: &Console) -> anyhow::Result<Answer> {
-    if args.episodes == 0 {
+    if let Some(run) = motor::motor_run(args)? {
+        return run.train(console);
+    }
+    let n_episodes = args.episodes.unwrap_or(100);
+    if n_episodes == 0 {
         return Err(usage("--episodes is 0, expected at least 1"));
     }
     let (folder, record) = match (&args.resume, &args.task) {
@@ -197,7 +209,7 @@ fn train_command(args: &TrainArgs, console: &Console) -> anyhow::Result<Answer> 
             (folder, record)
         }
         (None, Some(task)) => {
-            let ablation = args.ablation.into();
+            let ablation = args.ablation.unwrap_or(AblationName::Cip).into();
             let dir = args
                 .out
                 .clone()
@@ -228,7 +240,7 @@ fn train_command(args: &TrainArgs, console: &Console) -> anyhow::Result<Answer> 
         folder: &folder,
         task: &task,
         record: &record,
-        n_episodes: args.episodes,
+        n_episodes,
         resume: args.resume.is_some(),
     };
     let summary = training
@@ -273,6 +285,9 @@ fn train_command(args: &TrainArgs, console: &Console) -> anyhow::Result<Answer> 
 fn eval_command(args: &EvalArgs, console: &Console) -> anyhow::Result<Answer> {
     if args.rollouts == 0 {
         return Err(usage("--rollouts is 0, expected at least 1"));
+    }
+    if motor::is_motor_skill(&args.skill) {
+        return motor::judge(&args.skill, args.video.as_deref(), console);
     }
     let folder = SkillFolder::at(&args.skill);
     let record = folder.record().map_err(usage)?;

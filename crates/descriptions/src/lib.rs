@@ -26,6 +26,6 @@ pub use placement::Placement;
 pub use robot::{
     Arm, Base, Camera, Gripper, Lidar, Lift, RobotDescription, RobotPart, Sensors, TcpFrame,
 };
-pub use task::{EpisodeSpec, PlacementRange, TaskSpec};
+pub use task::{EpisodeSpec, MotorSpec, PlacementRange, TaskSpec};
 pub use toml_file::{nearest_name, parse_toml, read_toml};
 pub use trajectory::{JointTrajectory, TrajectoryError, TrajectoryPoint};

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 
-use crate::{DescriptionError, read_toml};
+use crate::{DescriptionError, Placement, read_toml};
 
 /// A contact task: one joint of one object, moved by one robot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -44,6 +44,40 @@ pub struct TaskSpec {
     /// How an episode runs.
     #[serde(default)]
     pub episode: EpisodeSpec,
+    /// What makes it a motor skill, bootstrapped by a plan and found by policy search (thesis Chapter 4), instead of a
+    /// contact skill.
+    #[serde(default)]
+    pub motor: Option<MotorSpec>,
+}
+
+/// A motor skill: from where the arm begins, by joint velocities, for a fixed time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MotorSpec {
+    /// Where the tool touches the object: its pose in Λ with the object's joint at zero.
+    pub contact: Placement,
+    /// Where the arm begins, lift and arm, rad or m; the robot's ready posture if absent.
+    #[serde(default)]
+    pub q_start: Vec<f64>,
+    /// Opening of the gripper all the while, 0 closed to 1 open.
+    #[serde(default)]
+    pub opening: f64,
+    /// How long a rollout takes, seconds.
+    pub duration_secs: f64,
+    /// Fraction of the arm's joint speed limits that the plan is timed with, in (0, 1].
+    #[serde(default = "default_plan_speed")]
+    pub plan_speed: f64,
+    /// Share of the way from start to goal beyond which a rollout has succeeded.
+    #[serde(default = "default_done")]
+    pub done: f64,
+}
+
+fn default_plan_speed() -> f64 {
+    1.0
+}
+
+fn default_done() -> f64 {
+    0.95
 }
 
 /// Where the object stands before the robot: Λ in the base frame, each value drawn uniformly.
@@ -171,6 +205,19 @@ impl TaskSpec {
         ] {
             if count == 0 {
                 return bad(field, "0".to_owned(), "at least 1");
+            }
+        }
+        if let Some(motor) = &self.motor {
+            for (field, value, least, most) in [
+                ("motor.opening", motor.opening, 0.0, 1.0),
+                ("motor.duration_secs", motor.duration_secs, 0.1, 600.0),
+                ("motor.plan_speed", motor.plan_speed, 1e-3, 1.0),
+                ("motor.done", motor.done, 1e-3, 1.0),
+            ] {
+                if !(least..=most).contains(&value) {
+                    let wanted = format!("a number from {least} to {most}");
+                    return bad(field, value.to_string(), &wanted);
+                }
             }
         }
         if !(episode.grip_force_n > 0.0 && episode.grip_force_n.is_finite()) {

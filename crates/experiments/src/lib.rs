@@ -8,6 +8,7 @@
 //! Skills are trained into a [`skill_folder::SkillFolder`] by [`skill_training`]. A [`grid::Grid`] trains one for each
 //! task, setting and seed, and draws what came of it as a [`figure::Figure`].
 //!
+//! [`motor`] learns motor skills from the robot's own plans.
 //! [`composition`] does skills that were learned apart one after the other.
 //!
 //! Nothing here reads the clock: times come as [`utc::UtcTime`] or as seconds of the robot's clock.
@@ -16,6 +17,7 @@ pub mod composition;
 pub mod figure;
 pub mod film;
 pub mod grid;
+pub mod motor;
 pub mod recording;
 pub mod report;
 pub mod run_folder;

@@ -6,8 +6,8 @@ use factotum_control::{
 };
 use factotum_geometry::Pose;
 use factotum_motion::{
-    CartesianFailure, CartesianFailureReason, MotionError, PathOutcome, PlanLimits, PlanningScene,
-    RobotModel, ToolLineOptions, back_out, plan_joints, plan_tool_line, time_path,
+    CartesianFailure, CartesianFailureReason, JointPathPlan, MotionError, PathOutcome, PlanLimits,
+    PlanningScene, RobotModel, ToolLineOptions, back_out, plan_joints, plan_tool_line, time_path,
 };
 use rand_chacha::ChaCha8Rng;
 
@@ -124,29 +124,13 @@ impl<'a> ArmMotion<'a> {
         object: &str,
     ) -> Result<usize, Stop> {
         let start = self.start_of_plan(scene, object)?;
-        let no_way = |detail: String| Failure::NoWay {
+        let outcome = plan_joints(scene, &start, goals, &PlanLimits::default(), self.rng);
+        let plan = solved(outcome).map_err(|detail| Failure::NoWay {
             object: object.to_owned(),
             detail,
-        };
-        match plan_joints(scene, &start, goals, &PlanLimits::default(), self.rng) {
-            PathOutcome::Solved(plan) => {
-                self.follow(&plan.path, SPEED_FREE, &format!("move to {object}"))?;
-                Ok(plan.goal_idx)
-            }
-            PathOutcome::StartInCollision(pair) => {
-                Err(no_way(format!("`{}` touches `{}` already", pair.0, pair.1)).into())
-            }
-            PathOutcome::GoalInCollision(pair) => {
-                Err(no_way(format!("there, `{}` would touch `{}`", pair.0, pair.1)).into())
-            }
-            PathOutcome::GoalOutsideLimits { joint, .. } => {
-                Err(no_way(format!("joint `{joint}` would be beyond its limit")).into())
-            }
-            PathOutcome::NoGoal => Err(no_way("no posture to go to".to_owned()).into()),
-            PathOutcome::LimitReached { .. } => {
-                Err(no_way("the search reached its limit".to_owned()).into())
-            }
-        }
+        })?;
+        self.follow(&plan.path, SPEED_FREE, &format!("move to {object}"))?;
+        Ok(plan.goal_idx)
     }
 
     /// Where the arm is, after it has backed out of what it may touch.
@@ -258,6 +242,20 @@ impl<'a> ArmMotion<'a> {
             .into()),
         }
     }
+}
+
+/// The plan, or in words why there is none.
+pub(crate) fn solved(outcome: PathOutcome) -> Result<JointPathPlan, String> {
+    Err(match outcome {
+        PathOutcome::Solved(plan) => return Ok(plan),
+        PathOutcome::StartInCollision((a, b)) => format!("`{a}` touches `{b}` already"),
+        PathOutcome::GoalInCollision((a, b)) => format!("there, `{a}` would touch `{b}`"),
+        PathOutcome::GoalOutsideLimits { joint, .. } => {
+            format!("joint `{joint}` would be beyond its limit")
+        }
+        PathOutcome::NoGoal => "no posture to go to".to_owned(),
+        PathOutcome::LimitReached { .. } => "the search reached its limit".to_owned(),
+    })
 }
 
 /// The joint path of the tool along straight lines through `poses`, or why there is none.

@@ -4,10 +4,12 @@
 //! [`Robot`](factotum_control::Robot) until its termination condition β, and reports an [`Outcome`] with a reason.
 //! It knows nothing of maps and symbols: it is told what is around the robot, in the base frame, as a [`Situation`].
 //! Taught skills (thesis 6.2.1) are given by poses in the object's frame Λ; they end with the arm in free space,
-//! so that any other skill can follow.
+//! so that any other skill can follow. [`cip`] has skills that are learned in contact, [`bootstrap`] the plans by which a robot
+//! shows itself how to begin.
 
 mod arm;
 mod articulate;
+pub mod bootstrap;
 pub mod cip;
 mod demonstrated;
 mod pick;

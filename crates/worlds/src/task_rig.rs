@@ -7,6 +7,7 @@
 //! The frame of the robot's base is the world here.
 
 mod cloud;
+mod joint_drive;
 
 use factotum_control::composition::attach_robot;
 use factotum_control::gripper::GripperController;
@@ -370,14 +371,25 @@ impl TaskRig {
     }
 
     fn substep(&mut self, target: &ToolTarget, command: &RigCommand) -> Result<(), RigError> {
-        self.state.step1().map_err(|error| self.physics(error))?;
-        self.ids.arm.read_into(&self.state, &mut self.arm);
+        self.begin_substep()?;
         let torques = self
             .servo
             .torques(&self.arm, target, &command.impedance, STEP_SECS)?;
         for (&actuator, &torque) in self.ids.arm_actuators.iter().zip(torques) {
             self.state.set_ctrl(actuator, torque);
         }
+        self.end_substep()
+    }
+
+    /// Up to where the arm's torques are needed.
+    fn begin_substep(&mut self) -> Result<(), RigError> {
+        self.state.step1().map_err(|error| self.physics(error))?;
+        self.ids.arm.read_into(&self.state, &mut self.arm);
+        Ok(())
+    }
+
+    /// From there on: the fingers, the motion, and what it feels like.
+    fn end_substep(&mut self) -> Result<(), RigError> {
         let force = self.largest_finger_force();
         let fingers = self.grip.step(self.opening(), force, STEP_SECS);
         self.set_fingers(fingers);

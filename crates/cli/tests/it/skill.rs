@@ -189,3 +189,60 @@ fn what_cannot_be_trained_is_said_by_name() {
         "nothing is left of a run that never began"
     );
 }
+
+#[test]
+fn a_motor_skill_begins_with_a_plan_and_options_of_the_other_kind_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    let said = train(
+        dir,
+        &[
+            "drawer-heavy",
+            "--epochs",
+            "1",
+            "--rollouts",
+            "2",
+            "--out",
+            "skill",
+        ],
+    );
+    assert_eq!(said.code, Some(0), "{}", said.stderr);
+    let document = said.json();
+    assert_eq!(document["rollouts"], 2);
+    assert_eq!(document["init"], "plan");
+    let first = document["first"]["object_state"].as_f64().unwrap();
+    assert!((0.1..0.285).contains(&first), "{first}");
+    let lines = metrics(dir);
+    assert_eq!(lines.len(), 2);
+    for key in [
+        "epoch",
+        "rollouts",
+        "return",
+        "success_rate",
+        "object_state",
+    ] {
+        assert!(lines[1].get(key).is_some(), "{key} in {}", lines[1]);
+    }
+    let judged = factotum_in(
+        dir,
+        &["--json", "skill", "eval", "skill", "--video", "seen"],
+    );
+    assert_eq!(judged.code, Some(0), "{}", judged.stderr);
+    assert_eq!(judged.json()["object_state"], lines[1]["object_state"]);
+    assert!(dir.join("seen/rollout-1.png").is_file() && dir.join("seen/rollout-1.mcap").is_file());
+
+    let contact = train(
+        dir,
+        &["drawer-heavy", "--ablation", "fast", "--out", "other"],
+    );
+    assert_refused(&contact, &["drawer-heavy", "--ablation", "--init"]);
+    let motor = train(dir, &["door", "--init", "plan", "--out", "other"]);
+    assert_refused(&motor, &["--init", "[motor]"]);
+    let one = train(dir, &["drawer-heavy", "--rollouts", "1", "--out", "other"]);
+    assert_refused(&one, &["--rollouts is 1"]);
+    let negative = train(
+        dir,
+        &["drawer-heavy", "--model-error-mm=-1", "--out", "other"],
+    );
+    assert_refused(&negative, &["--model-error-mm is -1"]);
+}

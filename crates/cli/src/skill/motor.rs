@@ -1,0 +1,286 @@
+//! Motor skills on the command line: learned from the robot's own plan, or from nothing, and looked at.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::{Args, ValueEnum};
+use factotum_descriptions::TaskSpec;
+use factotum_experiments::motor::{
+    EpochRecord, Init, MotorError, MotorFolder, MotorRecord, MotorTraining,
+};
+use factotum_skills::bootstrap::PlannedDemo;
+use serde_json::json;
+
+use super::video::Video;
+use super::{TrainArgs, load_task};
+use crate::assets;
+use crate::console::{Answer, Console, tell, usage};
+
+/// Epochs of a search: the dissertation's budget for primitives.
+const EPOCHS: u64 = 40;
+
+/// What a motor skill is learned with.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Motor skills (tasks with a table `[motor]`)")]
+pub(super) struct MotorArgs {
+    /// Where the first policy is from [default: plan].
+    #[arg(long, value_enum)]
+    init: Option<InitName>,
+    /// Updates of the policy [default: 40].
+    #[arg(long, value_name = "N")]
+    epochs: Option<u64>,
+    /// Rollouts for each update [default: 10].
+    #[arg(long, value_name = "N")]
+    rollouts: Option<u32>,
+    /// Standard deviation of the error of the object's position and of its joint's origin, for the plan [default: 0].
+    #[arg(long, value_name = "MM")]
+    model_error_mm: Option<f64>,
+    /// Standard deviation of the error of its joint's axis, for the plan [default: 0].
+    #[arg(long, value_name = "DEG")]
+    model_error_deg: Option<f64>,
+}
+
+/// Where a first policy can be from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum InitName {
+    /// The robot's own motion plan, made from kinematics alone.
+    Plan,
+    /// Random weights.
+    Random,
+}
+
+impl MotorArgs {
+    /// The first option that was given.
+    fn given(&self) -> Option<&'static str> {
+        [
+            ("--init", self.init.is_some()),
+            ("--epochs", self.epochs.is_some()),
+            ("--rollouts", self.rollouts.is_some()),
+            ("--model-error-mm", self.model_error_mm.is_some()),
+            ("--model-error-deg", self.model_error_deg.is_some()),
+        ]
+        .into_iter()
+        .find_map(|(name, is_given)| is_given.then_some(name))
+    }
+}
+
+/// A motor skill to be learned.
+#[derive(Debug)]
+pub(super) struct MotorRun {
+    folder: MotorFolder,
+    record: MotorRecord,
+    task: TaskSpec,
+    n_epochs: u64,
+    resume: bool,
+}
+
+/// Whether a folder holds a motor skill.
+pub(super) fn is_motor_skill(dir: &Path) -> bool {
+    MotorFolder::at(dir).has_record()
+}
+
+/// What to learn, if it is a motor skill.
+pub(super) fn motor_run(args: &TrainArgs) -> anyhow::Result<Option<MotorRun>> {
+    let motor = &args.motor;
+    let n_epochs = motor.epochs.unwrap_or(EPOCHS);
+    let (folder, record, task) = match (&args.resume, &args.task) {
+        (Some(dir), _) => {
+            let folder = MotorFolder::at(dir);
+            if !folder.has_record() {
+                return no_motor(args, "the skill is a contact skill");
+            }
+            let record = folder.record().map_err(usage)?;
+            let task = load_task(&record.task)?;
+            (folder, record, task)
+        }
+        (None, Some(name)) => {
+            let task = load_task(name)?;
+            if task.motor.is_none() {
+                return no_motor(args, "the task has no table `[motor]`");
+            }
+            let init = match motor.init {
+                None | Some(InitName::Plan) => Init::Plan,
+                Some(InitName::Random) => Init::Random,
+            };
+            let dir = args.out.clone().unwrap_or_else(|| {
+                let stem = name.file_stem().unwrap_or_default().to_string_lossy();
+                PathBuf::from("skills").join(format!("{stem}-{}-{}", init.name(), args.seed))
+            });
+            let record = MotorRecord {
+                rollouts: motor.rollouts.unwrap_or(10),
+                model_error_m: 1e-3 * at_least_zero("--model-error-mm", motor.model_error_mm)?,
+                model_error_rad: at_least_zero("--model-error-deg", motor.model_error_deg)?
+                    .to_radians(),
+                ..MotorRecord::new(assets::task_name(name)?, init, args.seed)
+            };
+            (MotorFolder::at(&dir), record, task)
+        }
+        (None, None) => return Ok(None),
+    };
+    if args.ablation.is_some() || args.episodes.is_some() || args.as_in_the_code {
+        return Err(usage(format!(
+            "task `{}` is a motor skill; --ablation, --episodes and --as-in-the-code are for contact skills, --init, \
+             --epochs and --rollouts for this one",
+            task.name
+        )));
+    }
+    if record.rollouts < 2 {
+        return Err(usage(format!(
+            "--rollouts is {}, expected at least 2",
+            record.rollouts
+        )));
+    }
+    Ok(Some(MotorRun {
+        folder,
+        record,
+        task,
+        n_epochs,
+        resume: args.resume.is_some(),
+    }))
+}
+
+fn no_motor(args: &TrainArgs, why: &str) -> anyhow::Result<Option<MotorRun>> {
+    match args.motor.given() {
+        Some(option) => Err(usage(format!("{option} is for motor skills, but {why}"))),
+        None => Ok(None),
+    }
+}
+
+fn at_least_zero(name: &str, value: Option<f64>) -> anyhow::Result<f64> {
+    let value = value.unwrap_or(0.0);
+    if value >= 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    Err(usage(format!(
+        "{name} is {value}, expected a finite number of at least 0"
+    )))
+}
+
+impl MotorRun {
+    /// Learns it.
+    pub(super) fn train(&self, console: &Console) -> anyhow::Result<Answer> {
+        let stop = Arc::new(AtomicBool::new(false));
+        let raised = stop.clone();
+        ctrlc::set_handler(move || {
+            raised.store(true, Ordering::Relaxed);
+            tell(&"stopping after this epoch");
+        })?;
+        let training = MotorTraining {
+            folder: &self.folder,
+            task: &self.task,
+            record: &self.record,
+            n_epochs: self.n_epochs,
+            resume: self.resume,
+        };
+        let mut planned = |demo: &PlannedDemo| console.say(format_args!("{}", plan_line(demo)));
+        let mut told = |epoch: &EpochRecord| console.say(format_args!("{}", epoch_line(epoch)));
+        let summary = training
+            .run(&stop, &mut planned, &mut told)
+            .map_err(of_input)?;
+        let (first, last) = (summary.first, summary.last);
+        let document = json!({
+            "task": self.task.name,
+            "init": self.record.init.name(),
+            "seed": self.record.seed,
+            "folder": self.folder.dir(),
+            "epochs": last.epoch,
+            "rollouts": last.rollouts,
+            "complete": summary.complete,
+            "first": first,
+            "last": last,
+        });
+        console.answer(&document, || {
+            format!(
+                "{} after {} rollouts: return {:.1} at first, {:.1} now; object at {:.3} at first, {:.3} now; the skill is \
+                 in {}",
+                if summary.complete { "done" } else { "stopped" },
+                last.rollouts,
+                first.total_reward,
+                last.total_reward,
+                first.object_state,
+                last.object_state,
+                self.folder.dir().display()
+            )
+        })?;
+        Ok(Answer::from(summary.complete))
+    }
+}
+
+/// Rolls out a learned motor skill: nothing in it is random.
+pub(super) fn judge(dir: &Path, video: Option<&Path>, console: &Console) -> anyhow::Result<Answer> {
+    let folder = MotorFolder::at(dir);
+    let record = folder.record().map_err(usage)?;
+    let task = load_task(&record.task)?;
+    let training = MotorTraining {
+        folder: &folder,
+        task: &task,
+        record: &record,
+        n_epochs: 0,
+        resume: true,
+    };
+    let mut video = video.map(Video::new).transpose()?;
+    let rollout = training
+        .judge(&mut |rig| {
+            if let Some(video) = &mut video {
+                video.see(rig);
+            }
+        })
+        .map_err(of_input)?;
+    if let Some(video) = video {
+        for file in video.finish()? {
+            console.say(format_args!("`{}`", file.display()));
+        }
+    }
+    let document = json!({
+        "return": rollout.total_reward,
+        "object_state": rollout.object_state,
+        "success": rollout.success,
+    });
+    console.answer(&document, || {
+        format!(
+            "{}: return {:.1}, object at {:.3}",
+            if rollout.success {
+                "success"
+            } else {
+                "no success"
+            },
+            rollout.total_reward,
+            rollout.object_state
+        )
+    })?;
+    Ok(Answer::Yes)
+}
+
+fn plan_line(demo: &PlannedDemo) -> String {
+    let secs = demo.step_secs * (demo.positions.len().max(1) - 1) as f64;
+    let how_far = match &demo.stopped_by {
+        None => "the arm can follow the object all the way".to_owned(),
+        Some(reason) => format!(
+            "the arm can follow the object for {:.0} % of its way ({reason})",
+            100.0 * demo.fraction
+        ),
+    };
+    format!("plan of {secs:.1} s; {how_far}")
+}
+
+fn epoch_line(epoch: &EpochRecord) -> String {
+    format!(
+        "epoch {:>3}  {:>4} rollouts  return {:>10.1}  object at {:>6.3}  exploring: return {:>10.1}, success {:>3.0} %",
+        epoch.epoch,
+        epoch.rollouts,
+        epoch.total_reward,
+        epoch.object_state,
+        epoch.explored_return,
+        100.0 * epoch.success_rate
+    )
+}
+
+/// Bad input ends with another exit code than a fault of ours.
+fn of_input(error: MotorError) -> anyhow::Error {
+    if error.is_of_input() {
+        usage(error)
+    } else {
+        error.into()
+    }
+}

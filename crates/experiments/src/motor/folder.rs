@@ -1,0 +1,199 @@
+//! A motor skill as a folder.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `motor.toml` | task, seed, and what it was begun with |
+//! | `search.json` | the search after its last epoch: policy, exploration, epochs |
+//! | `metrics.jsonl` | a line for each epoch, from 0, the policy that it began with |
+//!
+//! Each file is written whole or not at all, the metrics by whole lines.
+
+use std::path::{Path, PathBuf};
+
+use factotum_descriptions::read_toml;
+use factotum_learning::pi2::Pi2State;
+use serde::{Deserialize, Serialize};
+
+use super::{EpochRecord, Init, MotorError};
+use crate::storage::{StorageError, append_line, keep_whole_lines, write_atomically};
+
+/// Version of the folder's format.
+const FORMAT: u32 = 1;
+
+/// What a motor skill was learned with.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MotorRecord {
+    /// Version of the format.
+    pub format: u32,
+    /// The task: a task file, or the name of a shipped task.
+    pub task: PathBuf,
+    /// Where the first policy is from.
+    pub init: Init,
+    /// Seed of all that is random.
+    pub seed: u64,
+    /// Rollouts of each epoch.
+    pub rollouts: u32,
+    /// Error of the planned object's position, metres.
+    pub model_error_m: f64,
+    /// Error of its joint's axis, rad.
+    pub model_error_rad: f64,
+}
+
+impl MotorRecord {
+    /// The record of a run with the thesis' ten rollouts an epoch and a true model.
+    pub fn new(task: PathBuf, init: Init, seed: u64) -> Self {
+        Self {
+            format: FORMAT,
+            task,
+            init,
+            seed,
+            rollouts: 10,
+            model_error_m: 0.0,
+            model_error_rad: 0.0,
+        }
+    }
+}
+
+/// The folder of a motor skill.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MotorFolder {
+    dir: PathBuf,
+}
+
+impl MotorFolder {
+    /// The folder at a path, whether it is there or not.
+    pub fn at(dir: &Path) -> Self {
+        Self {
+            dir: dir.to_owned(),
+        }
+    }
+
+    /// Where it is.
+    pub fn dir(&self) -> &Path {
+        &self.dir
+    }
+
+    /// Whether a run was begun in it.
+    pub fn has_record(&self) -> bool {
+        self.record_file().exists()
+    }
+
+    fn record_file(&self) -> PathBuf {
+        self.dir.join("motor.toml")
+    }
+
+    fn search_file(&self) -> PathBuf {
+        self.dir.join("search.json")
+    }
+
+    /// Its metrics.
+    pub fn metrics(&self) -> PathBuf {
+        self.dir.join("metrics.jsonl")
+    }
+
+    /// Begins a run.
+    ///
+    /// # Errors
+    /// [`MotorError::Taken`] if it holds a run, [`MotorError::Storage`] if it cannot be written.
+    pub fn begin(&self, record: &MotorRecord) -> Result<(), MotorError> {
+        if self.has_record() {
+            let found = self.record()?;
+            return Err(MotorError::Taken {
+                folder: self.dir.display().to_string(),
+                found_task: found.task.display().to_string(),
+                found_init: found.init.name(),
+                found_seed: found.seed,
+            });
+        }
+        std::fs::create_dir_all(&self.dir)
+            .map_err(|error| StorageError::writing(&self.dir, error))?;
+        let text = toml::to_string(record).map_err(|error| MotorError::Text(error.to_string()))?;
+        Ok(write_atomically(&self.record_file(), text.as_bytes())?)
+    }
+
+    /// What its run was made with.
+    ///
+    /// # Errors
+    /// [`MotorError`] if `motor.toml` is not there or not of this program.
+    pub fn record(&self) -> Result<MotorRecord, MotorError> {
+        let record: MotorRecord = read_toml(&self.record_file())?;
+        if record.format != FORMAT {
+            return Err(MotorError::Format {
+                folder: self.dir.display().to_string(),
+                found: record.format,
+                wanted: FORMAT,
+            });
+        }
+        Ok(record)
+    }
+
+    /// Stores the search after an epoch.
+    ///
+    /// # Errors
+    /// [`MotorError::Storage`] if it cannot be written; the one before stays then.
+    pub fn write_search(&self, state: &Pi2State) -> Result<(), MotorError> {
+        let text =
+            serde_json::to_string(state).map_err(|error| MotorError::Text(error.to_string()))?;
+        Ok(write_atomically(&self.search_file(), text.as_bytes())?)
+    }
+
+    /// The search after its last epoch, if there is one.
+    ///
+    /// # Errors
+    /// [`MotorError::Stored`] if it is no search.
+    pub fn search(&self) -> Result<Option<Pi2State>, MotorError> {
+        let file = self.search_file();
+        let text = match std::fs::read_to_string(&file) {
+            Ok(text) => text,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(StorageError::reading(&file, error).into()),
+        };
+        let state =
+            serde_json::from_str(&text).map_err(|error| self.not_this(error.to_string()))?;
+        Ok(Some(state))
+    }
+
+    /// What is stored is of something else.
+    pub(super) fn not_this(&self, reason: String) -> MotorError {
+        MotorError::Stored {
+            file: self.search_file().display().to_string(),
+            reason,
+        }
+    }
+
+    /// Appends an epoch to the metrics.
+    ///
+    /// # Errors
+    /// [`MotorError::Storage`].
+    pub fn append(&self, epoch: &EpochRecord) -> Result<(), MotorError> {
+        let text =
+            serde_json::to_string(epoch).map_err(|error| MotorError::Text(error.to_string()))?;
+        Ok(append_line(&self.metrics(), &text)?)
+    }
+
+    /// Keeps the epochs before `n` in the metrics, for a run that goes on from there.
+    ///
+    /// # Errors
+    /// [`MotorError::Storage`].
+    pub fn keep_epochs(&self, n: u64) -> Result<Vec<EpochRecord>, MotorError> {
+        let file = self.metrics();
+        keep_whole_lines(&file)?;
+        let text = match std::fs::read_to_string(&file) {
+            Ok(text) => text,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
+            Err(error) => return Err(StorageError::reading(&file, error).into()),
+        };
+        let epochs = text
+            .lines()
+            .map_while(|line| serde_json::from_str(line).ok());
+        let kept: Vec<EpochRecord> = epochs
+            .filter(|epoch: &EpochRecord| epoch.epoch < n)
+            .collect();
+        write_atomically(&file, b"")?;
+        for epoch in &kept {
+            self.append(epoch)?;
+        }
+        Ok(kept)
+    }
+}

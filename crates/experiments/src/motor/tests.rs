@@ -1,0 +1,135 @@
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use factotum_descriptions::TaskSpec;
+
+use super::*;
+
+fn task(name: &str) -> TaskSpec {
+    let tasks = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/tasks");
+    TaskSpec::load(&tasks.join(format!("{name}.toml"))).unwrap()
+}
+
+fn record(init: Init) -> MotorRecord {
+    MotorRecord {
+        rollouts: 2,
+        ..MotorRecord::new("drawer-heavy".into(), init, 5)
+    }
+}
+
+/// Learns for so many epochs in a folder.
+fn learn(dir: &Path, init: Init, n_epochs: u64, resume: bool) -> MotorSummary {
+    let (task, record) = (task("drawer-heavy"), record(init));
+    let training = MotorTraining {
+        folder: &MotorFolder::at(dir),
+        task: &task,
+        record: &record,
+        n_epochs,
+        resume,
+    };
+    let never = AtomicBool::new(false);
+    training.run(&never, &mut |_| {}, &mut |_| {}).unwrap()
+}
+
+#[test]
+fn a_plan_moves_the_drawer_but_not_all_the_way_and_a_stopped_search_goes_on_to_the_bit() {
+    let dir = tempfile::tempdir().unwrap();
+    let [whole, parts] = ["whole", "parts"].map(|name| dir.path().join(name));
+    let summary = learn(&whole, Init::Plan, 2, false);
+    assert!(summary.complete);
+    assert!(
+        (0.1..0.285).contains(&summary.first.object_state),
+        "{:?}",
+        summary.first
+    );
+    assert!(!summary.first.success);
+
+    learn(&parts, Init::Plan, 1, false);
+    // An epoch whose search was not stored any more is made again.
+    let metrics = MotorFolder::at(&parts).metrics();
+    let text = std::fs::read_to_string(&metrics).unwrap();
+    let last = text
+        .lines()
+        .last()
+        .unwrap()
+        .replace("\"epoch\":1", "\"epoch\":2");
+    std::fs::write(&metrics, format!("{text}{last}\n{{\"epo")).unwrap();
+    let gone_on = learn(&parts, Init::Plan, 2, true);
+    assert_eq!(gone_on, summary);
+    for file in ["metrics.jsonl", "search.json"] {
+        let read = |dir: &Path| std::fs::read_to_string(dir.join(file)).unwrap();
+        assert_eq!(read(&whole), read(&parts), "{file}");
+    }
+
+    // It is rolled out again as it was, and no other run is written over it.
+    let (task, record) = (task("drawer-heavy"), record(Init::Plan));
+    let training = MotorTraining {
+        folder: &MotorFolder::at(&whole),
+        task: &task,
+        record: &record,
+        n_epochs: 2,
+        resume: false,
+    };
+    let rollout = training.judge(&mut |_| {}).unwrap();
+    assert!((rollout.total_reward - summary.last.total_reward).abs() < 1e-12);
+    let never = AtomicBool::new(false);
+    let taken = training.run(&never, &mut |_| {}, &mut |_| {}).unwrap_err();
+    assert!(
+        taken.is_of_input() && taken.to_string().contains("drawer-heavy"),
+        "{taken}"
+    );
+}
+
+#[test]
+fn random_weights_move_the_arm_and_a_contact_task_is_refused() {
+    let mut rig = MotorRig::new(&task("drawer-heavy")).unwrap();
+    let error = factotum_skills::bootstrap::KinematicError::default();
+    let (search, demo) = MotorSearch::new(&mut rig, Init::Random, &error, 1).unwrap();
+    assert!(demo.is_none());
+    let (dmp, motion) = search.policy().unwrap();
+    let mut moved: f64 = 0.0;
+    let start = task("drawer-heavy").motor.unwrap().q_start;
+    assert!(start.is_empty(), "it begins in the ready posture");
+    let mut first = None;
+    rig.roll_out(&dmp, &motion, &mut |rig| {
+        use factotum_skills::cip::rig::Rig as _;
+        let q = rig.reading().arm_positions.clone();
+        let first: &Vec<f64> = first.get_or_insert_with(|| q.clone());
+        for (a, b) in first.iter().zip(&q) {
+            moved = moved.max((a - b).abs());
+        }
+    })
+    .unwrap();
+    assert!(moved > 0.2, "{moved} rad");
+    let refused = MotorRig::new(&task("door")).unwrap_err();
+    assert!(
+        refused.is_of_input() && refused.to_string().contains("`door`"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn a_search_of_another_policy_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = MotorFolder::at(dir.path());
+    learn(dir.path(), Init::Random, 0, false);
+    let mut state = folder.search().unwrap().unwrap();
+    state.mean.truncate(8);
+    state.first_std.truncate(8);
+    state.block_sizes = vec![8];
+    state.covariances = vec![vec![1.0; 36]];
+    folder.write_search(&state).unwrap();
+    let (task, record) = (task("drawer-heavy"), record(Init::Random));
+    let training = MotorTraining {
+        folder: &folder,
+        task: &task,
+        record: &record,
+        n_epochs: 1,
+        resume: true,
+    };
+    let refused = training.judge(&mut |_| {}).unwrap_err();
+    assert!(
+        refused.is_of_input() && refused.to_string().contains("search.json"),
+        "{refused}"
+    );
+}
