@@ -1,8 +1,10 @@
 //! `factotum experiment`: how often something succeeds, over many seeds.
 
+mod cells;
 mod chores;
 mod cip_ablation;
 mod cip_compose;
+mod cip_robustness;
 mod seeds;
 
 use std::sync::Arc;
@@ -35,6 +37,8 @@ pub(crate) enum ExperimentRun {
     CipAblation(cip_ablation::RunArgs),
     /// `factotum skill run` in either order, a seed at a time: how often skills learned apart succeed one after the other.
     CipCompose(cip_compose::ComposeArgs),
+    /// `factotum skill eval` of the skills of `cip-ablation` with other resistance, and errors of object and grasp.
+    CipRobustness(cip_robustness::RunArgs),
 }
 
 /// The experiments that have a report.
@@ -42,6 +46,8 @@ pub(crate) enum ExperimentRun {
 pub(crate) enum ExperimentReport {
     /// Success and joint-limit violation over training episodes, and a table with intervals.
     CipAblation(cip_ablation::ReportArgs),
+    /// A table with intervals.
+    CipRobustness(cip_robustness::ReportArgs),
 }
 
 /// Runs `factotum experiment`.
@@ -55,14 +61,20 @@ pub(crate) fn experiment(command: &ExperimentCommand, console: &Console) -> anyh
         ExperimentCommand::Run(ExperimentRun::CipCompose(args)) => {
             cip_compose::compose(args, console)
         }
+        ExperimentCommand::Run(ExperimentRun::CipRobustness(args)) => {
+            cip_robustness::run(args, console)
+        }
         ExperimentCommand::Report(ExperimentReport::CipAblation(args)) => {
             cip_ablation::report(args, console)
+        }
+        ExperimentCommand::Report(ExperimentReport::CipRobustness(args)) => {
+            cip_robustness::report(args, console)
         }
     }
 }
 
 fn list(console: &Console) -> anyhow::Result<Answer> {
-    const EXPERIMENTS: [(&str, &str); 3] = [
+    const EXPERIMENTS: [(&str, &str); 4] = [
         (
             "chores",
             "how often the chores are achieved, over seeds; --goal and --fault choose",
@@ -75,13 +87,17 @@ fn list(console: &Console) -> anyhow::Result<Answer> {
             "cip-compose",
             "how often two contact skills learned apart succeed one after the other, in either order",
         ),
+        (
+            "cip-robustness",
+            "what the skills of cip-ablation stand: other resistance, errors of object and grasp; has a report",
+        ),
     ];
     let document: Vec<_> = EXPERIMENTS
         .iter()
         .map(|(name, what)| json!({"name": name, "what": what}))
         .collect();
     console.answer(&document, || {
-        let lines = EXPERIMENTS.map(|(name, what)| format!("{name:<14}{what}"));
+        let lines = EXPERIMENTS.map(|(name, what)| format!("{name:<16}{what}"));
         lines.join("\n")
     })?;
     Ok(Answer::Yes)

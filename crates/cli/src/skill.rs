@@ -145,11 +145,20 @@ impl PerturbArgs {
 
 /// The policies that a folder keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum PolicyName {
+pub(crate) enum PolicyName {
     /// Of the last evaluated episode.
     Last,
     /// Of the best evaluation.
     Best,
+}
+
+impl From<PolicyName> for WhichPolicy {
+    fn from(name: PolicyName) -> Self {
+        match name {
+            PolicyName::Last => Self::Last,
+            PolicyName::Best => Self::Best,
+        }
+    }
 }
 
 /// The settings there are.
@@ -292,10 +301,6 @@ fn eval_command(args: &EvalArgs, console: &Console) -> anyhow::Result<Answer> {
     let folder = SkillFolder::at(&args.skill);
     let record = folder.record().map_err(usage)?;
     let task = load_task(&record.task)?;
-    let which = match args.policy {
-        PolicyName::Last => WhichPolicy::Last,
-        PolicyName::Best => WhichPolicy::Best,
-    };
     console.progress(format!("{} rollouts of {}", args.rollouts, task.name));
     let perturbation = args.perturb.checked()?;
     let mut video = args.video.as_deref().map(Video::new).transpose()?;
@@ -303,7 +308,7 @@ fn eval_command(args: &EvalArgs, console: &Console) -> anyhow::Result<Answer> {
         folder: &folder,
         task: &task,
         record: &record,
-        which,
+        which: args.policy.into(),
         perturbation,
         rollouts: args.rollouts,
         seed: args.seed,

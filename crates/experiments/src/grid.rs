@@ -11,6 +11,7 @@ mod curves;
 mod measure;
 mod report;
 mod result;
+pub mod robustness;
 mod student;
 mod table;
 
@@ -25,7 +26,7 @@ use thiserror::Error;
 
 use crate::skill_folder::{SkillFolder, SkillFolderError};
 use crate::storage::StorageError;
-use crate::sweep::{Progress, StopWish, Sweep, SweepError};
+use crate::sweep::{Outcome, Progress, RESULTS_NAME, StopWish, Sweep, SweepError, read_results};
 
 pub use measure::Measure;
 pub use report::{GridReport, report};
@@ -84,14 +85,26 @@ pub enum GridError {
         file: PathBuf,
     },
     /// A cell has two results.
-    #[error("`{}` line {line}: a second result of {cell}", file.display())]
+    #[error("`{}` line {line}: a second result of {run}", file.display())]
     Twice {
         /// The file.
         file: PathBuf,
         /// The line, from 1.
         line: usize,
+        /// The cell, or another run by its key.
+        run: String,
+    },
+    /// There is no skill to judge.
+    #[error(
+        "there is no `{}`, the policy of {cell}; learn it with `factotum experiment run cip-ablation`, which drops the last \
+         policy unless told --keep-checkpoints",
+        policy.display()
+    )]
+    NoSkill {
         /// The cell.
         cell: Cell,
+        /// The file that would hold it.
+        policy: PathBuf,
     },
     /// The table cannot be written as JSON.
     #[error("the table cannot be written as JSON")]
@@ -127,6 +140,30 @@ pub struct Cell {
     pub task: String,
     /// Setting.
     pub ablation: Ablation,
+}
+
+impl Cell {
+    /// A cell for each task, setting and seed.
+    #[must_use]
+    pub fn all(tasks: &[String], ablations: &[Ablation], seeds: &[u64]) -> Vec<Self> {
+        let mut cells = Vec::new();
+        for &seed in seeds {
+            for task in tasks {
+                cells.extend(ablations.iter().map(|&ablation| Self {
+                    seed,
+                    task: task.clone(),
+                    ablation,
+                }));
+            }
+        }
+        cells
+    }
+
+    /// Where its skill is, in the folder of a grid.
+    fn skill_folder(&self, folder: &Path) -> SkillFolder {
+        let name = format!("{}-{}-{}", self.task, self.ablation.name(), self.seed);
+        SkillFolder::at(&folder.join("cells").join(name))
+    }
 }
 
 impl Ord for Cell {
@@ -235,23 +272,12 @@ impl Grid {
 
     /// All cells.
     fn cells(&self) -> Vec<Cell> {
-        let mut cells = Vec::new();
-        for &seed in &self.seeds {
-            for task in &self.tasks {
-                cells.extend(self.ablations.iter().map(|&ablation| Cell {
-                    seed,
-                    task: task.clone(),
-                    ablation,
-                }));
-            }
-        }
-        cells
+        Cell::all(&self.tasks, &self.ablations, &self.seeds)
     }
 
     /// Where the skill of a cell is learned.
     fn skill_folder(&self, cell: &Cell) -> SkillFolder {
-        let name = format!("{}-{}-{}", cell.task, cell.ablation.name(), cell.seed);
-        SkillFolder::at(&self.folder.join("cells").join(name))
+        cell.skill_folder(&self.folder)
     }
 }
 
@@ -274,9 +300,23 @@ fn remove_checkpoint(folder: &SkillFolder) -> Result<(), StorageError> {
     }
 }
 
-/// The file of results in a grid's folder.
-fn results_file(folder: &Path) -> PathBuf {
-    folder.join(crate::sweep::RESULTS_NAME)
+/// The results in a folder, at least one and none twice, sorted by key.
+fn results_in<O: Outcome>(folder: &Path) -> Result<Vec<O>, GridError> {
+    let file = folder.join(RESULTS_NAME);
+    let mut results: Vec<O> = read_results(&file)?;
+    let mut known = BTreeSet::new();
+    for (idx, result) in results.iter().enumerate() {
+        let run = result.key().to_string();
+        if !known.insert(result.key()) {
+            let line = idx + 1;
+            return Err(GridError::Twice { file, line, run });
+        }
+    }
+    if results.is_empty() {
+        return Err(GridError::Empty { file });
+    }
+    results.sort_by_key(O::key);
+    Ok(results)
 }
 
 #[cfg(test)]

@@ -202,6 +202,17 @@ pub enum WhichPolicy {
     Last,
 }
 
+impl WhichPolicy {
+    /// Its name in commands.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Best => "best",
+            Self::Last => "last",
+        }
+    }
+}
+
 /// A skill to be judged by rollouts that neither training nor its evaluations have seen.
 #[derive(Debug, Clone, Copy)]
 pub struct Judging<'a> {

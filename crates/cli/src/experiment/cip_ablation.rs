@@ -1,18 +1,16 @@
 //! `factotum experiment run|report cip-ablation`: what each part of a contact skill is worth (thesis Fig. 3.2).
 
-use std::ffi::OsStr;
-use std::num::NonZero;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use factotum_experiments::grid::{self, CellResult, Grid, GridError};
+use factotum_experiments::grid::{self, CellResult, Grid};
 use factotum_experiments::sweep::{Progress, RESULTS_NAME};
 use factotum_skills::cip::setting::Ablation;
 use serde_json::json;
 
+use super::cells::{CellArgs, ablations, at_least_one, of_input};
 use super::{duration_words, stop_on_interrupt};
-use crate::assets;
-use crate::console::{Answer, Console, usage};
+use crate::console::{Answer, Console};
 use crate::skill::AblationName;
 
 /// Where the results of the project are.
@@ -21,32 +19,14 @@ const COMMITTED: &str = "experiments/cip-ablation";
 /// Arguments of `factotum experiment run cip-ablation`.
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
-    /// Shipped tasks.
-    #[arg(
-        long,
-        value_name = "TASK,...",
-        value_delimiter = ',',
-        default_value = "door,drawer,slide,lever"
-    )]
-    tasks: Vec<String>,
+    #[command(flatten)]
+    cells: CellArgs,
     /// Settings. Default: all.
     #[arg(long, value_name = "SETTING,...", value_enum, value_delimiter = ',')]
     settings: Vec<AblationName>,
-    /// Seeds of each task and setting.
-    #[arg(long, value_name = "N", default_value_t = 5)]
-    seeds: u64,
-    /// The first of them. Seeds from 100 on are never used for tuning.
-    #[arg(long, value_name = "BASE", default_value_t = 100)]
-    seed: u64,
     /// Training episodes.
     #[arg(long, value_name = "N", default_value_t = 100)]
     episodes: u64,
-    /// Rollouts that judge a policy.
-    #[arg(long, value_name = "N", default_value_t = 50)]
-    rollouts: u32,
-    /// Runs at a time. Default: as many as there are processors.
-    #[arg(long)]
-    workers: Option<usize>,
     /// Keep the checkpoint of a run that is done, to train it for longer.
     #[arg(long)]
     keep_checkpoints: bool,
@@ -136,52 +116,20 @@ pub(super) fn report(args: &ReportArgs, console: &Console) -> anyhow::Result<Ans
 }
 
 fn grid_of(args: &RunArgs) -> anyhow::Result<Grid> {
-    let counts = [
-        ("--seeds", args.seeds),
-        ("--episodes", args.episodes),
-        ("--rollouts", args.rollouts.into()),
-    ];
-    if let Some((name, _)) = counts.iter().find(|(_, count)| *count == 0) {
-        return Err(usage(format!("{name} is 0, expected at least 1")));
-    }
-    for task in &args.tasks {
-        shipped(task)?;
-    }
-    let past_last = args.seed.checked_add(args.seeds).ok_or_else(|| {
-        usage(format!(
-            "--seed {} with {} seeds: too large",
-            args.seed, args.seeds
-        ))
-    })?;
-    let ablations = if args.settings.is_empty() {
-        Ablation::ALL.to_vec()
-    } else {
-        args.settings.iter().map(|&name| name.into()).collect()
-    };
-    let n_processors = std::thread::available_parallelism().map_or(1, NonZero::get);
+    at_least_one("--episodes", args.episodes)?;
+    let seeds = args.cells.checked_seeds()?;
     Ok(Grid {
         program: std::env::current_exe()?,
         leading: Vec::new(),
-        tasks: args.tasks.clone(),
-        ablations,
-        seeds: (args.seed..past_last).collect(),
+        tasks: args.cells.tasks.clone(),
+        ablations: ablations(&args.settings, &Ablation::ALL),
+        seeds,
         episodes: args.episodes,
-        rollouts: args.rollouts,
-        n_workers: args.workers.unwrap_or(n_processors),
+        rollouts: args.cells.rollouts,
+        n_workers: args.cells.n_workers(),
         keep_checkpoints: args.keep_checkpoints,
         folder: args.out.clone(),
     })
-}
-
-/// A task of the grid is a shipped one by its name, which names the folders of its cells too.
-fn shipped(task: &str) -> anyhow::Result<()> {
-    let path = Path::new(task);
-    if path.file_stem() != Some(OsStr::new(task)) {
-        return Err(usage(format!(
-            "--tasks: found `{task}`, expected the name of a shipped task, such as `door`"
-        )));
-    }
-    assets::task(path).map(|_| ())
 }
 
 fn success_words(result: &CellResult) -> String {
@@ -189,16 +137,5 @@ fn success_words(result: &CellResult) -> String {
         (Some(failure), _) => format!("`{}` failed", failure.command),
         (None, Some(last)) => format!("success {:.0} %", 100.0 * last.success_rate),
         (None, None) => "no judgement".to_owned(),
-    }
-}
-
-/// Bad input ends with another exit code than a fault of ours.
-fn of_input(error: GridError) -> anyhow::Error {
-    let is_of_input = error.is_of_input();
-    let error = anyhow::Error::from(error);
-    if is_of_input {
-        usage(format!("{error:#}"))
-    } else {
-        error
     }
 }

@@ -63,19 +63,16 @@ pub(super) fn carry_out(
         }
         let eval = ["skill", "eval", &dir, "--policy", policy];
         let how = ["--rollouts", &rollouts, "--seed", &seed, "--json"];
-        let Some(mut end) = run(&[&eval[..], &how[..]].concat())? else {
+        let Some(end) = run(&[&eval[..], &how[..]].concat())? else {
             return Ok(None);
         };
-        let judgement = end.output.take().map(serde_json::from_value);
-        let judgement = judgement.and_then(Result::ok);
-        failure = failure_of("skill eval", &end).or_else(|| {
-            judgement.is_none().then(|| CellFailure {
-                command: "skill eval".to_owned(),
-                exit_code: end.exit_code,
-                messages: "it printed no judgement".to_owned(),
-            })
-        });
-        Ok(Some(judgement))
+        Ok(Some(match judgement_of(end) {
+            Ok(judgement) => Some(judgement),
+            Err(why) => {
+                failure = Some(why);
+                None
+            }
+        }))
     };
     let (Some(last), Some(best)) = (judge("last")?, judge("best")?) else {
         return Ok(None);
@@ -136,6 +133,19 @@ fn has_begun(grid: &Grid, cell: &Cell, folder: &SkillFolder) -> Result<bool, Gri
             folder: grid.folder.clone(),
         })
     }
+}
+
+/// What `skill eval` said, or how it failed.
+pub(super) fn judgement_of(end: ChildEnd) -> Result<Judgement, CellFailure> {
+    if let Some(failure) = failure_of("skill eval", &end) {
+        return Err(failure);
+    }
+    let judgement = end.output.map(serde_json::from_value);
+    judgement.and_then(Result::ok).ok_or_else(|| CellFailure {
+        command: "skill eval".to_owned(),
+        exit_code: end.exit_code,
+        messages: "it printed no judgement".to_owned(),
+    })
 }
 
 fn failure_of(command: &str, end: &ChildEnd) -> Option<CellFailure> {

@@ -7,10 +7,9 @@ use factotum_skills::cip::setting::Ablation;
 
 use super::curves::{Quantity, curve};
 use super::table::{group, tasks};
-use super::{Cell, CellResult, GridError, Table, results_file};
+use super::{CellResult, GridError, Table, results_in};
 use crate::figure::{Dash, Figure, Line, Point, Row, Style};
 use crate::storage::{StorageError, write_atomically};
-use crate::sweep::read_results;
 
 /// What a report wrote, and what it says.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +25,7 @@ pub struct GridReport {
 /// # Errors
 /// [`GridError`] if there are no results, one is not of this program or there twice, or a file cannot be written.
 pub fn report(from: &Path, out: &Path) -> Result<GridReport, GridError> {
-    let cells = read(&results_file(from))?;
+    let cells: Vec<CellResult> = results_in(from)?;
     let table = Table::of(&cells);
     let json = serde_json::to_string_pretty(&table).map_err(GridError::Table)?;
     std::fs::create_dir_all(out).map_err(|error| StorageError::writing(out, error))?;
@@ -43,28 +42,6 @@ pub fn report(from: &Path, out: &Path) -> Result<GridReport, GridError> {
         files.push(file);
     }
     Ok(GridReport { table, files })
-}
-
-/// The results of a file, sorted by cell.
-fn read(file: &Path) -> Result<Vec<CellResult>, GridError> {
-    let mut cells: Vec<CellResult> = read_results(file)?;
-    let mut known: BTreeSet<Cell> = BTreeSet::new();
-    for (idx, result) in cells.iter().enumerate() {
-        if !known.insert(result.cell()) {
-            return Err(GridError::Twice {
-                file: file.to_path_buf(),
-                line: idx + 1,
-                cell: result.cell(),
-            });
-        }
-    }
-    if cells.is_empty() {
-        return Err(GridError::Empty {
-            file: file.to_path_buf(),
-        });
-    }
-    cells.sort_by_key(CellResult::cell);
-    Ok(cells)
 }
 
 /// Success and violation rate, best to date, as in thesis Fig. 3.2.

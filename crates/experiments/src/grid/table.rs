@@ -294,7 +294,7 @@ fn paired(measure: Measure, here: &[&CellResult], there: &[&CellResult]) -> Opti
 }
 
 /// `83 ± 12`, or a dash where there is nothing.
-fn words(interval: Option<&MeanInterval>, scale: f64, digits: usize) -> String {
+pub(super) fn words(interval: Option<&MeanInterval>, scale: f64, digits: usize) -> String {
     let Some(interval) = interval else {
         return "-".to_owned();
     };
@@ -307,7 +307,7 @@ fn words(interval: Option<&MeanInterval>, scale: f64, digits: usize) -> String {
     }
 }
 
-fn push_row(text: &mut String, cells: &[String]) {
+pub(super) fn push_row(text: &mut String, cells: &[String]) {
     text.push_str("| ");
     text.push_str(&cells.join(" | "));
     text.push_str(" |\n");
