@@ -9,7 +9,6 @@
 //! |---|---|
 //! | `policy.*`, `critics.*` | weights by member and layer, as `critics.1.0.weight` |
 //! | `*.target.*`, `*.first.*`, `*.second.*` | targets, and Adam's moments |
-//! | `policy.average.*` | the average of the policy's weights, if the parameters ask for one |
 //! | `replay.*` | transitions as they lie in the ring |
 //! | `random.*` | seed, stream and position of each generator |
 //!
@@ -120,14 +119,6 @@ pub fn save(
             &learned.adam.second,
         );
     }
-    if let Some(average) = &learner.average {
-        put(
-            &mut tensors,
-            "policy.average",
-            average,
-            average.parameters(),
-        );
-    }
     put_replay(&mut tensors, learner);
     for (name, rng) in [
         ("exploring", &learner.exploring),
@@ -192,10 +183,6 @@ pub fn load(path: &Path, identity: &Identity) -> Result<(Td3, String), Checkpoin
             &mut learned.adam.second,
         )?;
         learned.adam.n_steps = n_steps;
-    }
-    if let Some(average) = &mut learner.average {
-        let form = average.clone();
-        tensors.take_into(path, "policy.average", &form, average.parameters_mut())?;
     }
     take_replay(path, &mut tensors, &mut learner, replay_next)?;
     learner.exploring = tensors.take_rng(path, "random.exploring")?;

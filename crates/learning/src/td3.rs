@@ -6,18 +6,11 @@
 //! Q_i   descends on mean (Q_i(s, a) - y)²
 //! π     ascends on mean Q_1(s, π(s)), every d-th update             delayed policy update
 //! θ' <- θ' + τ (θ - θ'), with it                                    targets
-//! θ̄  <- θ̄ + (η + 1) / (t + η) (θ - θ̄), at its t-th update           average of the policy's weights
 //! ```
 //!
 //! Fujimoto, van Hoof & Meger, "Addressing Function Approximation Error in Actor-Critic Methods", ICML 2018, arXiv
 //! 1802.09477, algorithm 1. Actions are within -1..=1; [`crate::action`] carries them to an environment's bounds.
 //! What the dissertation's text and its code say of each number stands at [`Td3Params`].
-//!
-//! A deterministic policy that follows its critic finds a good solution, loses it and finds it again. The average of the
-//! weights on the way is steadier than any of them (Izmailov et al., "Averaging Weights Leads to Wider Optima and Better
-//! Generalization", UAI 2018, arXiv 1803.05407). Ours is by polynomial decay (Shamir & Zhang, "Stochastic Gradient Descent
-//! for Non-smooth Optimization", ICML 2013, arXiv 1212.1824, section 4): its window is a fixed share of the run so far, so
-//! that it needs no length of a run to be known. Nothing is learned from it.
 //!
 //! Where we differ: updates are owed by steps ([`Td3Params::updates_per_step`]) and made when the caller asks, such as
 //! after an episode; steps of the warm-up owe none.
@@ -56,8 +49,6 @@ pub struct Td3 {
     pub(crate) n_observation: usize,
     pub(crate) n_action: usize,
     pub(crate) policy: Learned,
-    /// θ̄, if there is one.
-    pub(crate) average: Option<Mlp>,
     /// The twin critics, as two members of one network.
     pub(crate) critics: Learned,
     pub(crate) replay: Replay,
@@ -184,7 +175,6 @@ impl Td3 {
                 targets: vec![0.0; params.batch_size],
                 single: Pass::new(policy.architecture(), 1),
             },
-            average: params.policy_average.map(|_| policy.clone()),
             policy: Learned::new(policy, &params),
             critics: Learned::new(critics, &params),
             replay,
@@ -213,11 +203,10 @@ impl Td3 {
         &self.replay
     }
 
-    /// The policy as it is now, to evaluate or to keep: the average, if one is kept. Using it changes nothing here.
+    /// The policy as it is now, to evaluate or to keep; using it changes nothing here.
     #[must_use]
     pub fn policy(&self) -> Policy {
-        let network = self.average.as_ref().unwrap_or(&self.policy.network);
-        Policy::of(network.clone())
+        Policy::of(self.policy.network.clone())
     }
 
     /// An action to explore with: of the policy with noise, or any at all during the warm-up.
@@ -313,7 +302,6 @@ impl Td3 {
             let share = self.params.target_share as f32;
             self.critics.move_target(share);
             self.policy.move_target(share);
-            self.move_average(update / u64::from(self.params.policy_delay));
         }
         self.counters.n_updates = update;
         Ok(found)
@@ -442,15 +430,6 @@ impl Td3 {
         }
         self.policy.step();
         Ok(())
-    }
-
-    /// Moves the average after the policy's update of this number, from 1.
-    fn move_average(&mut self, n_updates: u64) {
-        if let (Some(average), Some(decay)) = (&mut self.average, self.params.policy_average) {
-            let share = (decay + 1.0) / (n_updates as f64 + decay);
-            let policy = self.policy.network.parameters();
-            blend(average.parameters_mut(), policy, share as f32);
-        }
     }
 
     fn check_sizes(&self, observation: &[f32], action: &[f32]) -> Result<(), Td3Error> {

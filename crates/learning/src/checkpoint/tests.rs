@@ -27,7 +27,6 @@ fn learner() -> Td3 {
         replay_capacity: 60,
         warmup_steps: 10,
         critic_layer_norm: true,
-        policy_average: Some(3.0),
         // Not a number of few digits.
         updates_per_step: 1.0 / 3.0,
         learning_rate: 1e-3 / 3.0,

@@ -48,9 +48,6 @@ pub struct Td3Params {
     pub warmup_steps: u64,
     /// Updates that each step earns. Code: 1, made after each episode.
     pub updates_per_step: f64,
-    /// η of the average of the policy's weights, which is then the policy that is evaluated and kept: about the last
-    /// 1 / (η + 1) of its updates count, 0 weighs all alike. Text and code: none.
-    pub policy_average: Option<f64>,
 }
 
 impl Default for Td3Params {
@@ -72,7 +69,6 @@ impl Default for Td3Params {
             target_noise_clip: 0.5,
             warmup_steps: 100,
             updates_per_step: 1.0,
-            policy_average: None,
         }
     }
 }
@@ -166,12 +162,6 @@ impl Td3Params {
                 "updates_per_step",
                 self.updates_per_step,
                 is_not_negative(self.updates_per_step),
-                not_negative,
-            ),
-            (
-                "policy_average",
-                self.policy_average.unwrap_or(0.0),
-                self.policy_average.is_none_or(is_not_negative),
                 not_negative,
             ),
         ]

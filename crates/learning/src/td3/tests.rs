@@ -232,46 +232,6 @@ fn the_same_seed_gives_the_same_weights() {
 }
 
 #[test]
-fn the_average_has_the_weights_of_polynomial_decay_and_changes_nothing_else() {
-    let mut plain = loop_of_one(Ending::Goes);
-    let params = Td3Params {
-        policy_average: Some(3.0),
-        ..plain.params.clone()
-    };
-    let mut learner = Td3 {
-        replay: plain.replay.clone(),
-        ..Td3::new(3, 1, params, 1).unwrap()
-    };
-    assert!(learner.policy() == plain.policy(), "before any update");
-    // Those of the sum over t of C(t + 2, 3), its last and largest terms first: 20, 10, 4 and 1 of 35.
-    let shares = [1.0, 4.0, 10.0, 20.0].map(|share: f64| share / 35.0);
-    let n_lanes = plain.policy.network.parameters().len();
-    let mut wanted = vec![[0.0; WIDTH]; n_lanes];
-    for share in shares {
-        plain.update().unwrap();
-        learner.update().unwrap();
-        let lanes = plain.policy.network.parameters();
-        for (sum, number) in wanted
-            .as_flattened_mut()
-            .iter_mut()
-            .zip(lanes.as_flattened())
-        {
-            *sum += share * f64::from(*number);
-        }
-    }
-    assert!(learner.policy == plain.policy && learner.critics == plain.critics);
-    let average = learner.policy();
-    let found = average.network.parameters().as_flattened();
-    for (found, wanted) in found.iter().zip(wanted.as_flattened()) {
-        assert!(
-            (f64::from(*found) - wanted).abs() < 1e-6,
-            "{found} {wanted}"
-        );
-    }
-    assert!(average != plain.policy());
-}
-
-#[test]
 fn warm_up_steps_explore_everywhere_and_earn_nothing() {
     let params = Td3Params {
         warmup_steps: 400,
@@ -429,7 +389,7 @@ fn a_policy_begins_about_its_first_action() {
 #[test]
 fn a_parameter_out_of_range_is_named() {
     type Spoil = fn(&mut Td3Params);
-    let cases: [(&str, &str, Spoil); 15] = [
+    let cases: [(&str, &str, Spoil); 14] = [
         ("learning_rate", "0", |p| p.learning_rate = 0.0),
         ("learning_rate", "NaN", |p| p.learning_rate = f64::NAN),
         ("hidden", "[64, 0]", |p| p.hidden = vec![64, 0]),
@@ -450,7 +410,6 @@ fn a_parameter_out_of_range_is_named() {
             p.target_noise_clip = f64::NAN
         }),
         ("updates_per_step", "-2", |p| p.updates_per_step = -2.0),
-        ("policy_average", "-1", |p| p.policy_average = Some(-1.0)),
     ];
     for (field, found, spoil) in cases {
         let mut params = Td3Params::default();

@@ -21,10 +21,6 @@ const DISCOUNT: f64 = 0.97;
 /// runs of four instead of three (seeds 0 to 3).
 const UPDATES_PER_STEP: f64 = 2.0;
 
-/// η of the average of the policy's weights that is judged and kept: about the last quarter of all updates. The last policy
-/// as it is finds a solution, loses it and finds it again; neither text nor code says more than "best to date".
-const POLICY_AVERAGE: f64 = 3.0;
-
 /// What a policy begins about: nothing but to hold on. The dissertation does not say how its networks begin; one that
 /// begins at zero opens the fingers in half of all seeds, and sees nothing but a lost object then.
 const FIRST_ACTION: [f32; N_ACTION] = {
@@ -145,12 +141,6 @@ pub struct CipSetting {
 impl CipSetting {
     /// The setting of an ablation.
     pub fn of(ablation: Ablation) -> Self {
-        let td3 = Td3Params {
-            discount: DISCOUNT,
-            updates_per_step: UPDATES_PER_STEP,
-            policy_average: Some(POLICY_AVERAGE),
-            ..Td3Params::default()
-        };
         let plain = Self {
             head: true,
             guard: GuardKind::Envelope,
@@ -170,10 +160,12 @@ impl CipSetting {
             cornered_steps: None,
             jiggle_steps: 100,
             td3: Td3Params {
+                discount: DISCOUNT,
+                updates_per_step: UPDATES_PER_STEP,
                 policy_first_action: FIRST_ACTION.to_vec(),
                 // Random actions open the fingers, which teaches nothing but that; the code has 100 of them.
                 warmup_steps: 0,
-                ..td3.clone()
+                ..Td3Params::default()
             },
             evaluate_every: 10,
             evaluation_rollouts: 10,
@@ -195,7 +187,11 @@ impl CipSetting {
             Ablation::Unstructured => Self {
                 head: false,
                 // It begins with nothing in its hand.
-                td3,
+                td3: Td3Params {
+                    discount: DISCOUNT,
+                    updates_per_step: UPDATES_PER_STEP,
+                    ..Td3Params::default()
+                },
                 ..Self::of(Ablation::Head)
             },
             Ablation::HardGuard => Self {
@@ -214,7 +210,9 @@ impl CipSetting {
                     critic_layer_norm: true,
                     policy_output_scale: 0.01,
                     warmup_steps: 200,
-                    ..td3
+                    updates_per_step: UPDATES_PER_STEP,
+                    discount: DISCOUNT,
+                    ..Td3Params::default()
                 },
                 ..plain
             },
