@@ -39,6 +39,10 @@ pub struct TaskSpec {
     /// Geoms that may be grasped; all that the joint moves if absent.
     #[serde(default)]
     pub grasp_region: Vec<String>,
+    /// Share of the object's turn that the hand takes part in: 1 if it is held fast, less if a round handle may turn between
+    /// the fingers.
+    #[serde(default = "held_fast")]
+    pub hand_turns: f64,
     /// Where the object stands.
     pub placement: PlacementRange,
     /// How an episode runs.
@@ -78,6 +82,10 @@ fn default_plan_speed() -> f64 {
 
 fn default_done() -> f64 {
     0.95
+}
+
+fn held_fast() -> f64 {
+    1.0
 }
 
 /// Where the object stands before the robot: Λ in the base frame, each value drawn uniformly.
@@ -175,6 +183,9 @@ impl TaskSpec {
                 "another position than `start`",
             );
         }
+        if !(0.0..=1.0).contains(&self.hand_turns) {
+            return bad("hand_turns", self.hand_turns.to_string(), "0 to 1");
+        }
         let placement = &self.placement;
         for (field, range) in [
             ("placement.x_m", placement.x_m),
@@ -264,7 +275,7 @@ mod tests {
     fn defaults_are_those_of_the_experiments() {
         let task = load(DOOR).unwrap();
         assert_eq!(task.episode, EpisodeSpec::default());
-        assert_eq!(task.start, 0.0);
+        assert_eq!((task.start, task.hand_turns), (0.0, 1.0));
         assert!(task.model.ends_with("models/door.xml"));
         assert!((task.progress(0.15) - 0.5).abs() < 1e-12);
         let pose = task.placement.at([0.5, 0.0, 1.0, 0.25]);
@@ -281,6 +292,8 @@ mod tests {
             @"`door.toml`: `placement.x_m` is [0.5, 0.4], expected two finite numbers, the second not the smaller");
         insta::assert_snapshot!(error("goal = ", "gaol = 1.0\ngoal = "),
             @"`door.toml`:6: unknown key `gaol`; did you mean `goal`?");
+        insta::assert_snapshot!(error("goal = ", "hand_turns = 1.5\ngoal = "),
+            @"`door.toml`: `hand_turns` is 1.5, expected 0 to 1");
         insta::assert_snapshot!(load(&format!("{DOOR}\n[episode]\nsteps_max = 0")).unwrap_err(),
             @"`door.toml`: `episode.steps_max` is 0, expected at least 1");
     }

@@ -23,6 +23,7 @@ pub mod ending;
 pub mod environment;
 pub mod grasp_search;
 pub mod guide;
+pub mod hand_motion;
 pub mod initiation;
 pub mod joint_from_tool;
 pub mod observation;

@@ -89,7 +89,10 @@ fn limit_distance(scene: &PlanningScene, q: &[f64]) -> f64 {
 /// The lowest manipulability value while the tool goes along a motion from a configuration; below zero if it comes near a
 /// limit, the more the earlier.
 fn lowest_along(scene: &PlanningScene, q: &[f64], motion: &[Pose]) -> f64 {
-    let chain = scene.robot().chain();
+    let robot = scene.robot();
+    let chain = robot.chain();
+    // The lift stays where it is.
+    let n_still = robot.n() - robot.description().arm.joints.len();
     let mut q = q.to_vec();
     let mut jacobian = Matrix6xX::zeros(q.len());
     let mut lowest = f64::INFINITY;
@@ -97,6 +100,7 @@ fn lowest_along(scene: &PlanningScene, q: &[f64], motion: &[Pose]) -> f64 {
         // Two damped steps of Newton's method: the poses are near to each other.
         for _ in 0..2 {
             let pose = chain.base_from_tcp_and_jacobian_into(&q, &mut jacobian);
+            jacobian.columns_mut(0, n_still).fill(0.0);
             let step = damped_step(&jacobian, &error_of(&pose, target));
             for (q, step) in q.iter_mut().zip(step.iter()) {
                 *q += step;

@@ -7,10 +7,11 @@
 //! Beside these, B can notice that nothing moves any more ([`FailureClassifier::stuck_steps`]) and that the arm cannot
 //! go on within σ ([`FailureClassifier::cornered_steps`]); neither is used in the dissertation's settings.
 
-use factotum_descriptions::{ObjectJoint, TaskSpec};
+use factotum_descriptions::TaskSpec;
 use factotum_geometry::Pose;
 use serde::{Deserialize, Serialize};
 
+use super::hand_motion::HandMotion;
 use super::rig::Reading;
 
 /// β_c: whether the object's joint is beyond its goal.
@@ -39,16 +40,18 @@ impl SuccessIndicator {
     /// Tool poses from a grasp along the object's motion to its goal, the grasp first; all in the base frame.
     pub fn tool_motion(
         &self,
-        joint: &ObjectJoint,
+        motion: &HandMotion,
         base_from_object: &Pose,
         base_from_tcp: &Pose,
     ) -> Vec<Pose> {
         const N_POSES: usize = 12;
         let object_from_tcp = base_from_object.inverse() * base_from_tcp;
-        let at =
-            |share: f64| joint.motion(self.start, self.start + (self.goal - self.start) * share);
+        let at = |share: f64| {
+            let way = [self.start, self.start + (self.goal - self.start) * share];
+            motion.tool(way, |moved| base_from_object * moved * object_from_tcp)
+        };
         (0..N_POSES)
-            .map(|i| base_from_object * at(i as f64 / (N_POSES - 1) as f64) * object_from_tcp)
+            .map(|i| at(i as f64 / (N_POSES - 1) as f64))
             .collect()
     }
 

@@ -15,6 +15,7 @@ use super::action::{CLOSING_STEPS, CLOSING_STROKE, HOLD, N_ACTION, opening_aroun
 use super::configuration::configurations;
 use super::ending::{FailureClassifier, FailureKind, FailureMemory, SuccessIndicator};
 use super::guide::Guide;
+use super::hand_motion::HandMotion;
 use super::initiation::{GraspChoice, GraspInitiation};
 use super::observation::{n_observation, observe_into};
 use super::perturbation::Perturbation;
@@ -119,6 +120,7 @@ pub struct CipEnvironment<R> {
     success: SuccessIndicator,
     failure: FailureClassifier,
     initiation: Option<GraspInitiation>,
+    motion: HandMotion,
     guide: Option<Guide>,
     scene: PlanningScene,
     mode: Mode,
@@ -164,7 +166,8 @@ impl<R: Rig> CipEnvironment<R> {
         let anatomy = rig.anatomy();
         let mut scene = PlanningScene::new(&anatomy.robot, &[], None)?;
         scene.set_gripper(1.0);
-        let guide = setting.guide_along(&anatomy.object_joint, task)?;
+        let motion = HandMotion::of(&anatomy.object_joint, task);
+        let guide = setting.guide_along(&motion, task)?;
         Ok(Self {
             placement: task.placement,
             success: SuccessIndicator::of(task),
@@ -172,6 +175,7 @@ impl<R: Rig> CipEnvironment<R> {
             rig,
             setting,
             initiation,
+            motion,
             guide,
             scene,
             mode: Mode::Learn,
@@ -320,10 +324,9 @@ impl<R: Rig> CipEnvironment<R> {
         width_m: f64,
         rng: &mut ChaCha8Rng,
     ) -> Result<Begun, CipError<R::Error>> {
-        let joint = &self.rig.anatomy().object_joint;
         let motion = self
             .success
-            .tool_motion(joint, base_from_object, base_from_tcp);
+            .tool_motion(&self.motion, base_from_object, base_from_tcp);
         let choice = self.setting.configuration;
         let found = configurations(&mut self.scene, &motion, choice, rng);
         let mut outcome = Begun::Unreachable;

@@ -3,11 +3,11 @@
 //! A policy that corrects this needs to learn what the model does not know (dynamics, friction, compliance), instead of
 //! where a door goes. The correction is capped, so that it can do no harm beyond the cap.
 
-use factotum_descriptions::ObjectJoint;
 use factotum_learning::action::{ActionError, CappedCorrection};
 use serde::{Deserialize, Serialize};
 
 use super::action::{ActionRanges, GRIPPER, N_ACTION};
+use super::hand_motion::HandMotion;
 use super::rig::Reading;
 
 /// How the motion is followed, and how far a policy may correct it.
@@ -37,18 +37,18 @@ impl Default for GuideParams {
 pub struct Guide {
     params: GuideParams,
     correction: CappedCorrection,
-    joint: ObjectJoint,
+    motion: HandMotion,
     forward: f64,
 }
 
 impl Guide {
-    /// A guide along a joint, from its start to its goal.
+    /// A guide for a hand, from the joint's start to its goal.
     ///
     /// # Errors
     /// [`ActionError`] for a cap that is not within 0 to 1.
     pub fn new(
         params: GuideParams,
-        joint: ObjectJoint,
+        motion: HandMotion,
         start: f64,
         goal: f64,
     ) -> Result<Self, ActionError> {
@@ -57,7 +57,7 @@ impl Guide {
         Ok(Self {
             params,
             correction: CappedCorrection::new(caps)?,
-            joint,
+            motion,
             forward: (goal - start).signum(),
         })
     }
@@ -69,8 +69,10 @@ impl Guide {
         let object = &reading.base_from_object;
         let here = reading.object_joint;
         let along = |step: f64| {
-            let motion = self.joint.motion(here, here + self.forward * step);
-            object * motion * object.inverse() * reading.base_from_tcp
+            let way = [here, here + self.forward * step];
+            self.motion.tool(way, |moved| {
+                object * moved * object.inverse() * reading.base_from_tcp
+            })
         };
         let small = along(SMALL);
         let moved = (small.translation.vector - reading.base_from_tcp.translation.vector).norm()

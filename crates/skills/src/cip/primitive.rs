@@ -24,6 +24,7 @@ use super::action::{CLOSING_STEPS, CLOSING_STROKE, HOLD, N_ACTION, opening_aroun
 use super::configuration::configurations;
 use super::ending::{FailureClassifier, FailureKind, FailureMemory, SuccessIndicator};
 use super::guide::Guide;
+use super::hand_motion::HandMotion;
 use super::initiation::GraspInitiation;
 use super::joint_from_tool::JointFromTool;
 use super::observation::observe_into;
@@ -75,6 +76,7 @@ pub struct Primitive {
     object_from_region: Point3<f64>,
     setting: CipSetting,
     policy: Policy,
+    motion: HandMotion,
     guide: Option<Guide>,
     initiation: GraspInitiation,
     success: SuccessIndicator,
@@ -106,7 +108,8 @@ impl Primitive {
         let Some(initiation) = initiation else {
             return Err(PrimitiveError::NoHead { task: task.name });
         };
-        let guide = setting.guide_along(&anatomy.object_joint, &task)?;
+        let motion = HandMotion::of(&anatomy.object_joint, &task);
+        let guide = setting.guide_along(&motion, &task)?;
         let success = SuccessIndicator::of(&task);
         Ok(Self {
             success: SuccessIndicator {
@@ -119,6 +122,7 @@ impl Primitive {
             object_from_region,
             setting,
             policy,
+            motion,
             guide,
             initiation,
         })
@@ -204,10 +208,9 @@ impl WaySkill for Primitive {
             let opening = opening_around(width_m, self.anatomy.aperture_max_m);
             free.set_gripper(opening);
             near.set_gripper(opening);
-            let joint = &self.anatomy.object_joint;
-            let motion = self
-                .success
-                .tool_motion(joint, &object.base_from_object, &base_from_tcp);
+            let motion =
+                self.success
+                    .tool_motion(&self.motion, &object.base_from_object, &base_from_tcp);
             let choice = self.setting.configuration;
             let found = configurations(&mut near, &motion, choice, rng);
             for q in found.into_iter().take(CONFIGURATIONS_TRIED) {

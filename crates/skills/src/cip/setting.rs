@@ -1,7 +1,7 @@
 //! Which parts of the structure are there: the ablations of thesis 3.3, and two settings of ours.
 
 use factotum_control::GuardSpec;
-use factotum_descriptions::{ObjectJoint, TaskSpec};
+use factotum_descriptions::TaskSpec;
 use factotum_learning::action::ActionError;
 use factotum_learning::bandit::{BanditParams, Untried};
 use factotum_learning::td3::Td3Params;
@@ -11,6 +11,7 @@ use super::action::{ActionRanges, GRIPPER, GripperAction, N_ACTION};
 use super::configuration::ConfigurationChoice;
 use super::ending::FailureClassifier;
 use super::guide::{Guide, GuideParams};
+use super::hand_motion::HandMotion;
 use super::initiation::GraspChoice;
 
 /// γ: worth of a reward a step later. The text does not say; the code leaves 0.99, with which the last policy slid the knob in
@@ -252,10 +253,10 @@ impl CipSetting {
     /// [`ActionError`] for a cap that is not within 0 to 1.
     pub fn guide_along(
         &self,
-        joint: &ObjectJoint,
+        motion: &HandMotion,
         task: &TaskSpec,
     ) -> Result<Option<Guide>, ActionError> {
-        let along = |params| Guide::new(params, joint.clone(), task.start, task.goal);
+        let along = |params| Guide::new(params, motion.clone(), task.start, task.goal);
         self.guide.map(along).transpose()
     }
 
