@@ -13,8 +13,12 @@ use crate::surroundings::{obstacles_from_points, walls_beyond_view, without_obje
 use crate::{AgentError, Executive, LogLevel};
 
 impl Executive<'_> {
-    /// Runs the option's skill from where the robot stands and takes note of what came of it.
-    pub(crate) fn act(&mut self, option: &OptionSpec) -> Result<Result<(), String>, AgentError> {
+    /// Runs a skill for an option from where the robot stands and takes note of what came of it.
+    pub(crate) fn act(
+        &mut self,
+        option: &OptionSpec,
+        skill: &dyn Skill,
+    ) -> Result<Result<(), String>, AgentError> {
         if matches!(option.kind, OptionKind::Place { .. })
             && let Err(lost) = self.check_grip(&option.object)?
         {
@@ -24,7 +28,6 @@ impl Executive<'_> {
             let map_from_base = self.map_from_base()?;
             self.situation(option, &map_from_base)?
         };
-        let skill = skill_for(option);
         let sought = situation.target.as_ref().unwrap_or(&situation.object);
         let at = sought.base_from_object.translation;
         self.log(
@@ -207,7 +210,7 @@ impl Executive<'_> {
     }
 }
 
-/// The skill that does an option.
+/// The given skill that does an option.
 pub(crate) fn skill_for(option: &OptionSpec) -> Box<dyn Skill> {
     match &option.kind {
         OptionKind::Pick => Box::new(Pick),

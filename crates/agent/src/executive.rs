@@ -4,6 +4,7 @@ use factotum_control::Robot;
 use factotum_geometry::{Pose, Pose2};
 use factotum_motion::RobotModel;
 use factotum_semantic_map::{Aosm, ChoreGoal, MapError, TopologicalGraph};
+use factotum_skills::cip::Primitive;
 use factotum_task_planning::operator::{Condition, GroundAction};
 use factotum_task_planning::planner::{Limits, PlanOutcome, Planner};
 use rand::SeedableRng as _;
@@ -25,6 +26,8 @@ pub struct Executive<'a> {
     /// Objects that nothing could be done at as they were known, and where the robot went to see them better.
     pub(crate) vantages: Vec<(String, Pose2)>,
     pub(crate) tcp_from_held: Option<Pose>,
+    /// Skills that were learned, each used for the option that it does.
+    pub(crate) learned: Vec<Primitive>,
     pub(crate) planner: &'a dyn Planner,
     pub(crate) observer: &'a mut dyn Observer,
     pub(crate) settings: Settings,
@@ -78,6 +81,7 @@ impl<'a> Executive<'a> {
             viewed: Viewed::default(),
             vantages: Vec::new(),
             tcp_from_held: None,
+            learned: Vec::new(),
             planner,
             observer,
             settings,

@@ -17,6 +17,7 @@ mod error;
 mod event;
 mod executive;
 mod explore;
+mod learned;
 mod localise;
 mod navigate;
 mod perform;

@@ -6,14 +6,15 @@ use factotum_geometry::frames::planar_from_pose;
 use factotum_geometry::grid::OccupancyGrid;
 use factotum_geometry::{Pose, Pose2};
 use factotum_motion::{InflatedGrid, InflationOptions};
-use factotum_semantic_map::{Aosm, GraphNode, OptionSpec, TopologicalGraph};
-use factotum_skills::{Initiation, is_holding};
+use factotum_semantic_map::{Aosm, GraphNode, NavigationAnchor, OptionSpec, TopologicalGraph};
+use factotum_skills::{Initiation, Skill, is_holding};
 use factotum_symbols::ground;
 use nalgebra::{Point2, Vector2};
 use rand_chacha::ChaCha8Rng;
 
 use crate::act::skill_for;
 use crate::drive::{self, Drive, Watch};
+use crate::learned::symbol_of;
 use crate::perform::sought_by;
 use crate::senses::Care;
 use crate::viewed::half_view_rad;
@@ -41,55 +42,88 @@ impl Executive<'_> {
         option: &OptionSpec,
         spent: &[Pose2],
     ) -> Result<BaseChoice, AgentError> {
-        /// Poses nearer than this to one that failed are not tried again, metres.
-        const APART_M: f64 = 0.08;
         let grid = self.inflated();
         let here = self.map_from_base()?;
-        let poses = self.grounded(option, &grid);
         let mut reason = format!(
             "no free place to stand for {} at `{}`",
             option.step.name, option.object
         );
+        let mut nearest = None;
+        if let Some(skill) = self.learned_for(option)? {
+            let class = &option.anchor.symbol.object_class;
+            let anchor = NavigationAnchor {
+                map_from_object: option.anchor.map_from_object,
+                symbol: symbol_of(&skill, class),
+            };
+            let poses = self.grounded(&anchor, &grid);
+            // Where it cannot start, the given skill may.
+            let mut unused = None;
+            let tried = self.first_possible(option, &skill, poses, spent, &mut unused, &mut reason);
+            if let Some(pose) = tried? {
+                return Ok(BaseChoice::Possible(pose));
+            }
+        }
+        let poses = self.grounded(&option.anchor, &grid);
+        let skill = skill_for(option);
+        let tried = self.first_possible(
+            option,
+            skill.as_ref(),
+            poses,
+            spent,
+            &mut nearest,
+            &mut reason,
+        );
+        if let Some(pose) = tried? {
+            return Ok(BaseChoice::Possible(pose));
+        }
+        if nearest.is_none() {
+            let sought = sought_by(option);
+            nearest = self.place_to_see(sought, &option.anchor.map_from_object, &grid, &here);
+        }
+        Ok(BaseChoice::None { nearest, reason })
+    }
+
+    /// The nearest of some base poses from which a skill could start; `nearest` becomes the nearest that a path leads to and
+    /// from which the object was not looked at before, `reason` what is in the way at the last one.
+    fn first_possible(
+        &mut self,
+        option: &OptionSpec,
+        skill: &dyn Skill,
+        poses: Vec<Pose2>,
+        spent: &[Pose2],
+        nearest: &mut Option<Pose2>,
+        reason: &mut String,
+    ) -> Result<Option<Pose2>, AgentError> {
+        /// Poses nearer than this to one that failed are not tried again, metres.
+        const APART_M: f64 = 0.08;
+        let here = self.map_from_base()?;
+        let distance = |a: &Pose2, b: &Pose2| (a.translation.vector - b.translation.vector).norm();
         let mut reachable: Vec<(f64, Pose2)> = poses
             .into_iter()
-            .filter(|pose| {
-                spent
-                    .iter()
-                    .all(|old| (old.translation.vector - pose.translation.vector).norm() > APART_M)
-            })
-            .map(|pose| {
-                (
-                    (pose.translation.vector - here.translation.vector).norm(),
-                    pose,
-                )
-            })
+            .filter(|pose| spent.iter().all(|old| distance(old, pose) > APART_M))
+            .map(|pose| (distance(&pose, &here), pose))
             .collect();
         reachable.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let skill = skill_for(option);
         let sought = sought_by(option);
         let state = self.robot.state()?;
         let stride = (reachable.len() / self.settings.n_base_checks).max(1);
-        let mut nearest = None;
         for (_, pose) in reachable.into_iter().step_by(stride) {
             if let Err(why) = self.path_to(&pose)? {
-                reason = why;
+                *reason = why;
                 continue;
             }
             if nearest.is_none()
                 && !self.was_looked_at_from(sought, &Point2::from(pose.translation.vector))
             {
-                nearest = Some(pose);
+                *nearest = Some(pose);
             }
             let situation = self.situation(option, &pose)?;
             match skill.initiation(&situation, &state, &mut self.rng)? {
-                Initiation::Possible => return Ok(BaseChoice::Possible(pose)),
-                Initiation::Impossible(failure) => reason = failure.to_string(),
+                Initiation::Possible => return Ok(Some(pose)),
+                Initiation::Impossible(failure) => *reason = failure.to_string(),
             }
         }
-        if nearest.is_none() {
-            nearest = self.place_to_see(sought, &option.anchor.map_from_object, &grid, &here);
-        }
-        Ok(BaseChoice::None { nearest, reason })
+        Ok(None)
     }
 
     /// The nearest free place that a path leads to and from which an object may be seen well, and otherwise than before.
@@ -140,9 +174,9 @@ impl Executive<'_> {
         self.vantages.iter().any(is_near)
     }
 
-    /// Base poses of an option's navigation symbol, in free space.
-    fn grounded(&mut self, option: &OptionSpec, grid: &InflatedGrid) -> Vec<Pose2> {
-        poses_of(option, grid, self.settings.n_base_samples, &mut self.rng)
+    /// Base poses of a navigation symbol, in free space.
+    fn grounded(&mut self, anchor: &NavigationAnchor, grid: &InflatedGrid) -> Vec<Pose2> {
+        poses_of(anchor, grid, self.settings.n_base_samples, &mut self.rng)
     }
 
     /// Grounds the navigation symbols of all options, finds which regions are connected, and shows the map.
@@ -324,7 +358,7 @@ pub fn ground_home(
     const N_SHOWN: usize = 40;
     let grid = inflated(&aosm.grid, footprint_radius_m + settings.clearance_m);
     let mut node = |option: OptionSpec| {
-        let mut poses = poses_of(&option, &grid, settings.n_base_samples, rng);
+        let mut poses = poses_of(&option.anchor, &grid, settings.n_base_samples, rng);
         poses.truncate(N_SHOWN);
         GraphNode {
             option: option.step,
@@ -339,16 +373,16 @@ pub fn ground_home(
     })
 }
 
-/// Base poses of an option's navigation symbol, in free space.
+/// Base poses of a navigation symbol, in free space.
 fn poses_of(
-    option: &OptionSpec,
+    anchor: &NavigationAnchor,
     grid: &InflatedGrid,
     n: usize,
     rng: &mut ChaCha8Rng,
 ) -> Vec<Pose2> {
     ground(
-        &option.anchor.symbol,
-        planar_from_pose(&option.anchor.map_from_object),
+        &anchor.symbol,
+        planar_from_pose(&anchor.map_from_object),
         |pose| grid.is_free_at(&Point2::from(pose.translation.vector)),
         rng,
         n,

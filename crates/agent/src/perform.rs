@@ -4,6 +4,7 @@ use factotum_geometry::{Pose, Pose2};
 use factotum_semantic_map::{MapError, OptionKind, OptionSpec};
 use factotum_task_planning::operator::GroundAction;
 
+use crate::learned::Chosen;
 use crate::navigate::BaseChoice;
 use crate::{AgentError, Executive, StepState};
 
@@ -97,9 +98,13 @@ impl Executive<'_> {
             return Ok(Ended::Again(reason));
         }
         self.mark(view + 1, StepState::Running, None)?;
-        let (outcome, robot_secs) = self.timed(|this| this.act(&option))?;
+        let Chosen { skill, learned } = self.choose_skill(&option)?;
+        let (outcome, robot_secs) = self.timed(|this| this.act(&option, skill.as_ref()))?;
         self.show_map()?;
         self.record(&step.name, &step.args, &outcome, tries.n, robot_secs);
+        if let Some(record) = self.report.executed.last_mut() {
+            record.learned = learned;
+        }
         let Err(why) = outcome else {
             self.mark(view + 1, StepState::Done, None)?;
             return Ok(Ended::Done);

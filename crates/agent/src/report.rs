@@ -26,6 +26,8 @@ pub struct ExecutedStep {
     pub action: String,
     /// Its arguments.
     pub args: Vec<String>,
+    /// The learned skill that was used, if one was.
+    pub learned: Option<String>,
     /// `done`, or why it failed.
     pub outcome: String,
     /// Whether it was done.

@@ -123,6 +123,7 @@ impl Executive<'_> {
         self.report.executed.push(ExecutedStep {
             action: action.to_owned(),
             args: args.to_vec(),
+            learned: None,
             outcome: outcome
                 .as_ref()
                 .err()

@@ -50,6 +50,25 @@ pub(crate) fn skill(name: &Path) -> anyhow::Result<PathBuf> {
     find(name, "skills", "skill.toml", "skill")
 }
 
+/// The skill folders in a folder, or the shipped ones, by name.
+pub(crate) fn skills(shelf: Option<&Path>) -> anyhow::Result<Vec<PathBuf>> {
+    let shelf = match shelf {
+        Some(given) if given.is_dir() => given.to_owned(),
+        Some(given) => {
+            return Err(usage(format!(
+                "--skills is `{}`, expected a folder",
+                given.display()
+            )));
+        }
+        None => dir()?.join("skills"),
+    };
+    let names = shipped_names(&shelf, |path| {
+        let is_skill = path.join("skill.toml").is_file();
+        is_skill.then(|| path.file_name()).flatten()
+    });
+    Ok(names.into_iter().map(|name| shelf.join(name)).collect())
+}
+
 /// A task file: itself, or that of a shipped task.
 pub(crate) fn task(name: &Path) -> anyhow::Result<PathBuf> {
     if name.is_file() {

@@ -108,7 +108,7 @@ impl RunResult {
             "plan": report.plan.iter().map(|step| json!({"action": step.name, "args": step.args})).collect::<Vec<_>>(),
             "executed": report.executed.iter().map(|step| json!({
                 "action": step.action, "args": step.args, "outcome": step.outcome,
-                "attempts": step.attempts, "sim_secs": rounded(step.robot_secs),
+                "attempts": step.attempts, "sim_secs": rounded(step.robot_secs), "learned_skill": step.learned,
             })).collect::<Vec<_>>(),
             "replans": report.n_replans,
             "aosm": {"classes": classes, "objects": objects, "nodes": nodes, "edges": edges},
@@ -139,8 +139,10 @@ impl RunResult {
             );
             for step in &chore.report.executed {
                 let args = step.args.join(" ");
+                let by = step.learned.as_ref();
+                let by = by.map_or_else(String::new, |skill| format!(" (learned skill {skill})"));
                 lines.push(format!(
-                    "  {:<10} {args:<28} {:6.1} s  {}",
+                    "  {:<10} {args:<28} {:6.1} s  {}{by}",
                     step.action, step.robot_secs, step.outcome
                 ));
             }
@@ -167,10 +169,10 @@ impl RunResult {
                 action: step.action.clone(),
                 args: step.args.clone(),
                 is_done: step.is_done,
-                reason: if step.is_done {
-                    String::new()
-                } else {
-                    step.outcome.clone()
+                reason: match (&step.learned, step.is_done) {
+                    (Some(skill), true) => format!("by the learned skill {skill}"),
+                    (None, true) => String::new(),
+                    (_, false) => step.outcome.clone(),
                 },
                 attempts: u32::try_from(step.attempts).unwrap_or(u32::MAX),
                 robot_secs: step.robot_secs,

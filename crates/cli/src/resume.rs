@@ -13,7 +13,7 @@ use crate::run::{RESULT_NAME, RunArgs};
 use crate::snapshot::Snapshot;
 
 /// Options that a resumed run has from its manifest: giving them again is an error.
-pub(crate) const GIVEN_BY_MANIFEST: [&str; 9] = [
+pub(crate) const GIVEN_BY_MANIFEST: [&str; 10] = [
     "scene",
     "robot",
     "seed",
@@ -21,6 +21,7 @@ pub(crate) const GIVEN_BY_MANIFEST: [&str; 9] = [
     "fault",
     "planner",
     "home",
+    "skills",
     "out",
     "no_folder",
 ];
@@ -66,6 +67,9 @@ pub(crate) fn options_of(args: &RunArgs) -> anyhow::Result<BTreeMap<String, Stri
     }
     if let Some(home) = &args.home {
         put("home", path(home)?);
+    }
+    if let Some(skills) = &args.skills {
+        put("skills", path(skills)?);
     }
     Ok(options)
 }
@@ -121,6 +125,7 @@ fn arguments(args: &RunArgs, manifest: &Manifest, dir: &Path) -> anyhow::Result<
     args.world.seed = manifest.seed;
     args.goal = option("goal").cloned();
     args.home = option("home").map(PathBuf::from);
+    args.skills = option("skills").map(PathBuf::from);
     args.fault = option("fault")
         .map(|name| value_of(name, dir))
         .transpose()?;

@@ -20,6 +20,7 @@ use crate::plan::{PlannerName, planner};
 use crate::result::{ChoreResult, Known, RunResult, peak_rss_mb};
 use crate::resume::{self, Earlier, Resumed};
 use crate::session::{Ended, MAP_RESOLUTION_M, Session, Start, WorldArgs, empty_map};
+use crate::skill::learned_with;
 use crate::snapshot::Snapshot;
 
 /// Where run folders go if no other place is given.
@@ -34,7 +35,7 @@ const HOME_NAME: &str = "home";
 pub(crate) struct RunArgs {
     #[command(flatten)]
     pub(crate) world: WorldArgs,
-    /// Chore to do; every chore of the scene if absent.
+    /// Chore to do; if absent, every chore of the scene but those on request.
     #[arg(long)]
     pub(crate) goal: Option<String>,
     /// Something that goes wrong.
@@ -47,6 +48,9 @@ pub(crate) struct RunArgs {
     /// it learns is kept there.
     #[arg(long, value_name = "DIR")]
     pub(crate) home: Option<PathBuf>,
+    /// Learned skills to use: a folder of skill folders. Default: the shipped ones.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) skills: Option<PathBuf>,
     /// Go on with the run of this folder, which crashed or was stopped, as it was asked for then.
     #[arg(long, value_name = "RUNDIR", conflicts_with_all = resume::GIVEN_BY_MANIFEST)]
     pub(crate) resume: Option<PathBuf>,
@@ -110,6 +114,7 @@ fn work(
     let models = args.world.load()?;
     let chores = chores_of(&models.0, args.goal.as_deref())?;
     let planner = planner(args.planner)?;
+    let learned = learned_with(&models.1, args.skills.as_deref())?;
     let stored = args.home.as_deref().map(open_home).transpose()?;
     let (mut folder, before) = match earlier {
         Some((folder, before)) => (Some(folder), before),
@@ -146,6 +151,7 @@ fn work(
     }
     let is_known = args.home.is_some();
     let ended = session.execute(aosm, &start, planner.as_ref(), &keeper, |executive| {
+        executive.teach(learned);
         do_chores(executive, &chores, is_known, &faults, &keeper, &audience)
     });
     let is_stopped = session.stop.is_raised();
@@ -247,11 +253,14 @@ fn take_home(
     Ok((Some(home), aosm))
 }
 
-/// The chore of that name, or all.
+/// The chore of that name, or all that are not on request.
 fn chores_of(scene: &HomeScene, goal: Option<&str>) -> anyhow::Result<Vec<(String, ChoreGoal)>> {
     let chores = match goal {
         Some(name) => vec![scene.chore(name).map_err(usage)?],
-        None => scene.chores().iter().collect(),
+        None => {
+            let all = scene.chores().iter();
+            all.filter(|chore| !chore.on_request).collect()
+        }
     };
     chores
         .into_iter()

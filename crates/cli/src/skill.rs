@@ -11,11 +11,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args, Subcommand, ValueEnum};
-use factotum_descriptions::TaskSpec;
+use factotum_descriptions::{RobotDescription, TaskSpec};
 use factotum_experiments::skill_folder::{SkillFolder, SkillRecord};
 use factotum_experiments::skill_training::{
-    Judging, SkillError, Training, TrainingEvent, TrainingSummary, WhichPolicy,
+    Judging, SkillError, Training, TrainingEvent, TrainingSummary, WhichPolicy, primitive,
 };
+use factotum_skills::cip::Primitive;
 use factotum_skills::cip::perturbation::Perturbation;
 use factotum_skills::cip::setting::Ablation;
 use factotum_skills::cip::training::EvaluationRecord;
@@ -74,7 +75,7 @@ pub(crate) struct TrainArgs {
 /// Arguments of `factotum skill eval`.
 #[derive(Debug, Args)]
 pub(crate) struct EvalArgs {
-    /// Folder of the skill.
+    /// Skill: its folder, or the name of a shipped one.
     skill: PathBuf,
     /// Rollouts.
     #[arg(long, value_name = "N", default_value_t = 50)]
@@ -298,7 +299,7 @@ fn eval_command(args: &EvalArgs, console: &Console) -> anyhow::Result<Answer> {
     if motor::is_motor_skill(&args.skill) {
         return motor::judge(&args.skill, args.video.as_deref(), console);
     }
-    let folder = SkillFolder::at(&args.skill);
+    let folder = SkillFolder::at(&assets::skill(&args.skill)?);
     let record = folder.record().map_err(usage)?;
     let task = load_task(&record.task)?;
     console.progress(format!("{} rollouts of {}", args.rollouts, task.name));
@@ -333,6 +334,23 @@ fn eval_command(args: &EvalArgs, console: &Console) -> anyhow::Result<Answer> {
     });
     console.answer(&document, || evaluation_line(&evaluation))?;
     Ok(Answer::Yes)
+}
+
+/// The skills in a folder, or the shipped ones, that were learned with a robot.
+pub(crate) fn learned_with(
+    robot: &RobotDescription,
+    shelf: Option<&Path>,
+) -> anyhow::Result<Vec<Primitive>> {
+    let mut learned = Vec::new();
+    for dir in assets::skills(shelf)? {
+        let folder = SkillFolder::at(&dir);
+        let record = folder.record().map_err(usage)?;
+        let task = load_task(&record.task)?;
+        if RobotDescription::load(&task.robot).map_err(usage)?.name == robot.name {
+            learned.push(primitive(&folder, &task, &record).map_err(of_input)?);
+        }
+    }
+    Ok(learned)
 }
 
 fn load_task(name: &Path) -> anyhow::Result<TaskSpec> {

@@ -139,6 +139,8 @@ struct ReportEntry {
 struct ExecutedEntry {
     action: String,
     args: Vec<String>,
+    #[serde(default)]
+    learned: Option<String>,
     outcome: String,
     is_done: bool,
     attempts: usize,
@@ -243,6 +245,7 @@ impl ReportEntry {
         let executed = report.executed.iter().map(|step| ExecutedEntry {
             action: step.action.clone(),
             args: step.args.clone(),
+            learned: step.learned.clone(),
             outcome: step.outcome.clone(),
             is_done: step.is_done,
             attempts: step.attempts,
@@ -266,6 +269,7 @@ impl ReportEntry {
         let executed = self.executed.into_iter().map(|step| ExecutedStep {
             action: step.action,
             args: step.args,
+            learned: step.learned,
             outcome: step.outcome,
             is_done: step.is_done,
             attempts: step.attempts,
@@ -299,6 +303,7 @@ mod tests {
             executed: vec![ExecutedStep {
                 action: "pick".to_owned(),
                 args: vec!["bottle_1".to_owned()],
+                learned: Some("take".to_owned()),
                 outcome: "`bottle_1` slipped".to_owned(),
                 is_done: false,
                 attempts: 2,

@@ -102,6 +102,9 @@ pub struct Chore {
     pub class: String,
     /// Action of that class.
     pub action: String,
+    /// Whether it is done only when it is asked for by name.
+    #[serde(default)]
+    pub on_request: bool,
     /// What the judge measures.
     pub judge: Criterion,
 }

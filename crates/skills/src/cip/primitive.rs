@@ -12,7 +12,7 @@
 use std::path::Path;
 
 use factotum_control::{Command, GripperGoal, Robot, RobotState, ToolGoal};
-use factotum_descriptions::{ObjectClass, ObjectJoint, TaskSpec};
+use factotum_descriptions::{ActionKind, ActionSpec, ObjectClass, ObjectJoint, TaskSpec};
 use factotum_geometry::Pose;
 use factotum_learning::action::ActionError;
 use factotum_learning::td3::Policy;
@@ -142,6 +142,16 @@ impl Primitive {
     pub fn is_for(&self, class: &ObjectClass) -> bool {
         let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
         whole(&class.model) == whole(&self.task.model) && class.joint(&self.task.joint).is_some()
+    }
+
+    /// Whether it does an action of a class: its joint, and the task's goal lies in the state that the action brings about.
+    pub fn does(&self, class: &ObjectClass, action: &ActionSpec) -> bool {
+        let effect = action.effect.as_ref().and_then(|name| class.state(name));
+        self.is_for(class)
+            && action.kind == ActionKind::Articulate
+            && action.joint.as_ref() == Some(&self.task.joint)
+            && effect
+                .is_some_and(|state| (state.range[0]..=state.range[1]).contains(&self.task.goal))
     }
 
     /// Whether a joint position is beyond the task's goal.
