@@ -303,3 +303,32 @@ pub fn primitive(
         initiation,
     )?)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shipped_skill_is_whole_and_names_a_shipped_task() {
+        let assets = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets");
+        let mut n = 0;
+        for entry in std::fs::read_dir(assets.join("skills")).unwrap() {
+            let dir = entry.unwrap().path();
+            if !dir.is_dir() {
+                continue;
+            }
+            let folder = SkillFolder::at(&dir);
+            let record = folder.record().unwrap();
+            let file = assets
+                .join("tasks")
+                .join(&record.task)
+                .with_extension("toml");
+            let task = TaskSpec::load(&file).unwrap();
+            assert!(!folder.checkpoint().exists(), "{}", dir.display());
+            let primitive = primitive(&folder, &task, &record).unwrap();
+            assert_eq!(primitive.task().name, task.name);
+            n += 1;
+        }
+        assert!(n > 0);
+    }
+}
