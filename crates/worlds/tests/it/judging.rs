@@ -37,6 +37,7 @@ fn an_unknown_chore_is_an_error() {
     let error = household(1).judge().achieved("make-tea").unwrap_err();
     assert_eq!(
         error.to_string(),
-        "chore `make-tea` is not in scene `household`; available: `throw-away-bottle`, `turn-light-off`, `close-faucet`"
+        "chore `make-tea` is not in scene `household`; available: `throw-away-bottle`, `turn-light-off`, `close-faucet`, \
+         `open-door`, `open-drawer`"
     );
 }
