@@ -1,6 +1,6 @@
 //! Contact skills: environment steps beside robosuite, TD3 updates beside SBX and Stable-Baselines3, in turn on one
 //! processor. Simulator and learners have a Python each, since their demands on numpy differ; the scripts drive our
-//! benchmarks round by round.
+//! benchmarks round by round. The rounds are kept under `target/peers`, a file for each script.
 
 use std::path::Path;
 use std::process::Command;
@@ -65,7 +65,9 @@ fn measure(workspace: &Workspace, scene: &Path) -> Result<Value> {
     };
     let contact = bench("factotum-worlds", "contact")?;
     let td3 = bench("factotum-learning", "td3")?;
+    let kept = |name: &str| workspace.path("target/peers").join(name);
     let steps = rounds(
+        &kept("env_steps.jsonl"),
         workspace
             .python(&simulator, "experiments/cip-peers/env_steps.py")
             .arg(contact)
@@ -73,6 +75,7 @@ fn measure(workspace: &Workspace, scene: &Path) -> Result<Value> {
             .arg(N_ROUNDS),
     )?;
     let updates = rounds(
+        &kept("td3_updates.jsonl"),
         workspace
             .python(&learners, "experiments/td3-updates/peers.py")
             .arg(td3)
@@ -81,9 +84,10 @@ fn measure(workspace: &Workspace, scene: &Path) -> Result<Value> {
     Ok(summary(&steps, &updates))
 }
 
-/// The lines that a measurement prints, one a round.
-fn rounds(command: &mut Command) -> Result<Vec<Value>> {
+/// The lines that a measurement prints, one a round, also written to a file.
+fn rounds(file: &Path, command: &mut Command) -> Result<Vec<Value>> {
     let lines = process::capture(command)?;
+    std::fs::write(file, &lines).with_context(|| format!("cannot write {}", file.display()))?;
     let rounds: Vec<Value> = lines
         .lines()
         .map(|line| serde_json::from_str(line).with_context(|| format!("not a round: `{line}`")))
