@@ -16,6 +16,7 @@ const TYPES: Record<MessageType, true> = {
   status: true,
   event: true,
   done: true,
+  trainings: true,
 };
 
 function isServerMessage(value: unknown): value is ServerMessage {

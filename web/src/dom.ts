@@ -35,6 +35,18 @@ export function required(id: string): HTMLElement {
 
 const SVG = "http://www.w3.org/2000/svg";
 
+/** An element of a drawing. */
+export function drawing<K extends keyof SVGElementTagNameMap>(
+  tag: K,
+  attributes: Attributes = {},
+  ...children: readonly Child[]
+): SVGElementTagNameMap[K] {
+  const made = document.createElementNS(SVG, tag);
+  setAttributes(made, attributes);
+  made.append(...children);
+  return made;
+}
+
 /** Strokes on a 24 by 24 sheet. */
 const ICONS = {
   pending: "M12 5a7 7 0 1 0 .01 0",
@@ -64,10 +76,9 @@ const ICONS = {
 export type IconName = keyof typeof ICONS;
 
 export function icon(name: IconName): SVGSVGElement {
-  const svg = document.createElementNS(SVG, "svg");
-  setAttributes(svg, { viewBox: "0 0 24 24", "aria-hidden": "true", class: `icon icon-${name}` });
-  const path = document.createElementNS(SVG, "path");
-  path.setAttribute("d", ICONS[name]);
-  svg.append(path);
-  return svg;
+  return drawing(
+    "svg",
+    { viewBox: "0 0 24 24", "aria-hidden": "true", class: `icon icon-${name}` },
+    drawing("path", { d: ICONS[name] }),
+  );
 }

@@ -5,6 +5,7 @@ import { element, required } from "./dom";
 import { controls } from "./panels/controls";
 import { drivePadPanel } from "./panels/drive_pad_panel";
 import { eventsPanel } from "./panels/events_panel";
+import { learnPanel } from "./panels/learn_panel";
 import { legendPanel } from "./panels/legend_panel";
 import { planPanel } from "./panels/plan_panel";
 import { statusBar } from "./panels/status_bar";
@@ -18,7 +19,7 @@ async function main(): Promise<void> {
   statusBar(store, required("bar"));
   stage.append(controls(store, connection), drivePadPanel(store, connection));
   stage.after(legendPanel(store));
-  required("panels").append(planPanel(store), eventsPanel(store));
+  required("panels").append(planPanel(store), learnPanel(store), eventsPanel(store));
   connection.open();
 
   // The panels work before the renderer has arrived, and without it.

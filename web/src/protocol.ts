@@ -6,7 +6,7 @@ export const VERSION = 1;
 /**
  * From studio to page.
  */
-export type ServerMessage = { "type": "hello" } & Hello | { "type": "scene" } & Scene | { "type": "state" } & State | { "type": "map" } & OccupancyMap | { "type": "aosm" } & Aosm | { "type": "plan" } & Plan | { "type": "base_path" } & BasePath | { "type": "status" } & Status | { "type": "event" } & Event | { "type": "done" } & Done;
+export type ServerMessage = { "type": "hello" } & Hello | { "type": "scene" } & Scene | { "type": "state" } & State | { "type": "map" } & OccupancyMap | { "type": "aosm" } & Aosm | { "type": "plan" } & Plan | { "type": "base_path" } & BasePath | { "type": "status" } & Status | { "type": "event" } & Event | { "type": "done" } & Done | { "type": "trainings" } & Trainings;
 
 /**
  * From page to studio.
@@ -483,3 +483,82 @@ export type Done = {
    * What was done, and why not when it was not: a sentence or two.
    */
   summary: string, };
+
+/**
+ * The trainings there are: those under way first, then the latest begun. A later message replaces it.
+ */
+export type Trainings = {
+  /**
+   * The trainings.
+   */
+  trainings: Array<Training>, };
+
+/**
+ * How far a skill is learned.
+ */
+export type Training = {
+  /**
+   * Name of its folder, unique among the trainings.
+   */
+  name: string,
+  /**
+   * Name of the task.
+   */
+  task: string,
+  /**
+   * Name of the setting, such as `cip`.
+   */
+  ablation: string,
+  /**
+   * Seed of all that is random, in digits: a page's numbers are exact only up to 2^53.
+   */
+  seed: string,
+  /**
+   * Whether it went on within the last seconds.
+   */
+  running: boolean,
+  /**
+   * Training episodes lived through.
+   */
+  episodes: number,
+  /**
+   * Steps in them.
+   */
+  env_steps: number,
+  /**
+   * Those of them in which a joint came near its limit.
+   */
+  violations: number,
+  /**
+   * Share of successes in the last 20 of them, 0 to 1; nothing before the first.
+   */
+  recent_success_rate: number | null,
+  /**
+   * Its evaluations by episode. Of very many, evenly chosen ones and the last.
+   */
+  evaluations: Array<Evaluation>, };
+
+/**
+ * What rollouts of the policy said that nothing was learned from.
+ */
+export type Evaluation = {
+  /**
+   * Training episodes before it.
+   */
+  episode: number,
+  /**
+   * Share of rollouts that succeeded, 0 to 1.
+   */
+  success_rate: number,
+  /**
+   * Share of rollouts in which a joint came near its limit, 0 to 1.
+   */
+  violation_rate: number,
+  /**
+   * Median over the rollouts of the largest contact force on a finger, in newtons.
+   */
+  peak_force_n: number,
+  /**
+   * Median time of the rollouts that succeeded, in seconds; nothing when none did.
+   */
+  time_to_success_secs: number | null, };

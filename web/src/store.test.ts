@@ -1,6 +1,6 @@
 import { beforeEach, describe, expect, it } from "vitest";
 
-import type { Body, Plan, ServerMessage, State, Status } from "./protocol";
+import type { Body, Plan, ServerMessage, State, Status, Training } from "./protocol";
 import { VERSION } from "./protocol";
 import { EVENTS_MAX, Store } from "./store";
 
@@ -13,6 +13,19 @@ const state: State = {
   base: { x: 0, y: 0, yaw: 0 },
   body_poses: [],
   joints: [],
+};
+
+const training: Training = {
+  name: "door-cip-0",
+  task: "door",
+  ablation: "cip",
+  seed: "0",
+  running: true,
+  episodes: 0,
+  env_steps: 0,
+  violations: 0,
+  recent_success_rate: null,
+  evaluations: [],
 };
 
 function event(text: string): ServerMessage {
@@ -42,11 +55,14 @@ describe("the store", () => {
     store.receive({ type: "plan", ...plan });
     store.receive(event("old"));
     store.receive({ type: "done", achieved: true, summary: "" });
+    store.receive({ type: "trainings", trainings: [training] });
+    expect(store.get("trainings")).toEqual([training]);
     store.toggle("map");
     store.receive({ ...hello, session: "b" });
     expect(store.get("plan")).toBeNull();
     expect(store.get("events")).toEqual([]);
     expect(store.get("done")).toBeNull();
+    expect(store.get("trainings")).toEqual([]);
     expect(store.get("session")).toBe("b");
     expect(store.get("wishes").map).toBe(false);
   });

@@ -17,6 +17,7 @@ import {
   type ServerMessage,
   type State,
   type Status,
+  type Training,
   VERSION,
 } from "./protocol";
 
@@ -49,6 +50,7 @@ export interface Slices {
   status: Status | null;
   events: readonly JobEvent[];
   done: Done | null;
+  trainings: readonly Training[];
   wishes: Wishes;
   /** A command that was sent and has not yet shown in `status`. */
   waiting: ClientMessage["type"] | null;
@@ -71,6 +73,7 @@ function emptyPicture(): Picture {
     status: null,
     events: [],
     done: null,
+    trainings: [],
     waiting: null,
   };
 }
@@ -139,6 +142,9 @@ export class Store {
       case "done":
         this.set("done", message);
         this.set("waiting", null);
+        return;
+      case "trainings":
+        this.set("trainings", message.trainings);
         return;
     }
   }

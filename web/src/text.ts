@@ -1,7 +1,7 @@
 // Every word a person reads on this page.
 
 import type { Push } from "./drive_pad";
-import type { Activity, EventLevel, PlanStep, StepState } from "./protocol";
+import type { Activity, Evaluation, EventLevel, PlanStep, StepState, Training } from "./protocol";
 import type { Connection } from "./store";
 
 export const TEXT = {
@@ -37,6 +37,13 @@ export const TEXT = {
   drive: "Drive by hand",
   driveHint: "Hold to drive. Arrow keys do too.",
   driveDone: "Done",
+  learn: "Learn",
+  success: "success",
+  violation: "near a joint limit",
+  learning: "learning",
+  atRest: "at rest",
+  figures: "Figures",
+  figuresEmpty: "Not evaluated yet.",
   driving: "drive",
   acting: "act",
 } as const;
@@ -117,6 +124,60 @@ export function countsText(classes: number, objects: number, edges: number): str
 
 export function posesText(n: number): string {
   return n === 1 ? "1 pose" : `${n} poses`;
+}
+
+export function percentText(share: number): string {
+  return `${Math.round(100 * share)} %`;
+}
+
+export function episodesText(n: number): string {
+  return n === 1 ? "1 episode" : `${n} episodes`;
+}
+
+/** What is learned: task, setting and seed. */
+export function trainingText(training: Training): string {
+  return `${words(training.task)} · ${training.ablation} · seed ${training.seed}`;
+}
+
+/** How far it is learned, by the episodes that are learned from. */
+export function practiceText(training: Training): string {
+  const parts = [episodesText(training.episodes), `${training.env_steps} steps`];
+  if (training.recent_success_rate !== null) {
+    const n = Math.min(training.episodes, 20);
+    parts.push(`${percentText(training.recent_success_rate)} success in the last ${n}`);
+  }
+  parts.push(`${training.violations} near a joint limit`);
+  return parts.join(" · ");
+}
+
+/** What a screen reader says of a learning curve; the table below it has every figure. */
+export function curveText(evaluations: readonly Evaluation[]): string {
+  const last = evaluations.at(-1);
+  if (last === undefined) {
+    return `Learning curve. ${TEXT.figuresEmpty}`;
+  }
+  const best = Math.max(...evaluations.map(({ success_rate }) => success_rate));
+  const n = evaluations.length === 1 ? "1 evaluation" : `${evaluations.length} evaluations`;
+  return (
+    `Learning curve of ${n}. After ${episodesText(last.episode)}: ` +
+    `success ${percentText(last.success_rate)}, near a joint limit ${percentText(last.violation_rate)}. ` +
+    `Best success: ${percentText(best)}.`
+  );
+}
+
+/** The heads of the table of evaluations. */
+export const FIGURE_HEADS = ["Episode", "Success", "Near limit", "Peak force", "Time"] as const;
+
+/** An evaluation as a row of that table. */
+export function figureTexts(evaluation: Evaluation): readonly string[] {
+  const secs = evaluation.time_to_success_secs;
+  return [
+    String(evaluation.episode),
+    percentText(evaluation.success_rate),
+    percentText(evaluation.violation_rate),
+    `${Math.round(evaluation.peak_force_n)} N`,
+    secs === null ? "–" : `${secs.toFixed(1)} s`,
+  ];
 }
 
 /** Minutes and seconds, as a clock shows them. */

@@ -6,17 +6,14 @@ import assert from "node:assert/strict";
 import { after, before, describe, it } from "node:test";
 
 import { findChromium, HOW_TO_GET_IT, launch, untilDrawn } from "./chromium.mjs";
-import { buildDemo, startDemo } from "./demo.mjs";
+import { DESKTOP, onPage as onPageOf, overflowOf, PHONE, SMALL } from "./on_page.mjs";
+import { build, DEMO, start } from "./program.mjs";
 
 const executablePath = findChromium();
-const demo = executablePath === null ? null : buildDemo();
+const demo = executablePath === null ? null : build(DEMO);
 const skip =
   (executablePath === null && HOW_TO_GET_IT) || (demo === null && "no cargo to build the demo with");
 
-const DESKTOP = { viewport: { width: 1280, height: 800 } };
-const PHONE = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true };
-/** Few pixels, for what asks the page many things while it draws. */
-const SMALL = { viewport: { width: 800, height: 480 } };
 /** In the middle of the plan, with a step that was tried twice. */
 const MID_PLAN = ["--start", "29", "--speed", "0.1"];
 
@@ -26,7 +23,7 @@ describe("the page", { skip, concurrency: false }, () => {
 
   before(async () => {
     browser = await launch(executablePath);
-    studio = await startDemo(demo, ...MID_PLAN);
+    studio = await start(demo, ...MID_PLAN);
   });
 
   after(async () => {
@@ -34,32 +31,7 @@ describe("the page", { skip, concurrency: false }, () => {
     await browser?.close();
   });
 
-  /** Runs `look` on a page of its own, on which nothing may go wrong. */
-  async function onPage(url, device, look) {
-    const context = await browser.newContext(device);
-    const page = await context.newPage();
-    const problems = [];
-    page.on("pageerror", (error) => problems.push(error.message));
-    page.on("console", (message) => {
-      if (message.type() === "error" && !isExpected(message.text())) {
-        problems.push(message.text());
-      }
-    });
-    // The picture is drawn by the processor here; on a busy machine that takes its time.
-    page.setDefaultTimeout(120_000);
-    try {
-      await page.goto(url);
-      await look(page);
-    } finally {
-      await context.close();
-    }
-    assert.deepEqual(problems, []);
-  }
-
-  /** A browser reports every failed connection as an error; losing one is tested here. */
-  function isExpected(text) {
-    return /WebSocket connection|net::ERR_CONNECTION_REFUSED|401/.test(text);
-  }
+  const onPage = (url, device, look) => onPageOf(browser, url, device, look);
 
   it("draws the home and says what the robot is at", async () => {
     await onPage(studio.url, DESKTOP, async (page) => {
@@ -110,8 +82,8 @@ describe("the page", { skip, concurrency: false }, () => {
   it("fits a phone without scrolling sideways", async () => {
     await onPage(studio.url, PHONE, async (page) => {
       await untilDrawn(page);
-      const { overflow, canvas, stage } = await page.evaluate(() => ({
-        overflow: document.documentElement.scrollWidth - window.innerWidth,
+      const overflow = await overflowOf(page);
+      const { canvas, stage } = await page.evaluate(() => ({
         canvas: document.querySelector("canvas").getBoundingClientRect().toJSON(),
         stage: document.querySelector("#stage").getBoundingClientRect().toJSON(),
       }));
@@ -125,7 +97,7 @@ describe("the page", { skip, concurrency: false }, () => {
   });
 
   it("pauses with the space bar, goes on, and stops only when asked twice", async () => {
-    const own = await startDemo(demo, ...MID_PLAN);
+    const own = await start(demo, ...MID_PLAN);
     try {
       await onPage(own.url, DESKTOP, async (page) => {
         const chip = (text) => page.locator(".chip", { hasText: text }).waitFor();
@@ -150,7 +122,7 @@ describe("the page", { skip, concurrency: false }, () => {
   });
 
   it("drives by keys and by fingers while the job takes it, and says when it is done", async () => {
-    const own = await startDemo(demo, "--drive", "4", "--start", "4", "--speed", "0.1");
+    const own = await start(demo, "--drive", "4", "--start", "4", "--speed", "0.1");
     try {
       await onPage(own.url, SMALL, async (page) => {
         const says = (text) => page.locator(".events li", { hasText: text }).last().waitFor();
@@ -189,7 +161,7 @@ describe("the page", { skip, concurrency: false }, () => {
   });
 
   it("says that the connection is lost, and comes back to the same run or says it is another", async () => {
-    const first = await startDemo(demo, ...MID_PLAN);
+    const first = await start(demo, ...MID_PLAN);
     let second;
     try {
       await onPage(first.url, DESKTOP, async (page) => {
@@ -198,7 +170,7 @@ describe("the page", { skip, concurrency: false }, () => {
         await first.stop();
         await says("Connection lost");
         assert.equal((await page.$$(".steps li")).length, 8, "the last picture stays");
-        second = await startDemo(demo, ...MID_PLAN, "--port", first.port);
+        second = await start(demo, ...MID_PLAN, "--port", first.port);
         await says("another run");
         await page.goto(second.url);
         await says("Live");

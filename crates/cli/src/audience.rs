@@ -265,7 +265,8 @@ impl Inner {
             ServerMessage::Hello(_)
             | ServerMessage::Scene(_)
             | ServerMessage::BasePath(_)
-            | ServerMessage::Done(_) => {}
+            | ServerMessage::Done(_)
+            | ServerMessage::Trainings(_) => {}
         }
         if is_recorded {
             let time_secs = self.time_secs;

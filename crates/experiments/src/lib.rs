@@ -6,7 +6,8 @@
 //! [`sweep::SeedSweep`] runs a command over many seeds in child processes and says how often it succeeded.
 //!
 //! Skills are trained into a [`skill_folder::SkillFolder`] by [`skill_training`]. A [`grid::Grid`] trains one for each
-//! task, setting and seed, and draws what came of it as a [`figure::Figure`].
+//! task, setting and seed, and draws what came of it as a [`figure::Figure`]. A [`training_watch::TrainingWatch`] sees
+//! trainings of other processes go on.
 //!
 //! [`motor`] learns motor skills from the robot's own plans.
 //! [`composition`] does skills that were learned apart one after the other.
@@ -25,4 +26,5 @@ pub mod skill_folder;
 pub mod skill_training;
 pub mod storage;
 pub mod sweep;
+pub mod training_watch;
 pub mod utc;

@@ -216,8 +216,8 @@ impl Recording {
         message: &ServerMessage,
     ) -> Result<(), RecordingError> {
         match message {
-            // The page's greeting says nothing of the run.
-            ServerMessage::Hello(_) => Ok(()),
+            // The page's greeting, and what is learned elsewhere, say nothing of the run.
+            ServerMessage::Hello(_) | ServerMessage::Trainings(_) => Ok(()),
             ServerMessage::Scene(scene) => self.scene(time_secs, scene),
             ServerMessage::State(state) => self.state(state),
             ServerMessage::Map(map) => self.map(time_secs, map),

@@ -16,6 +16,7 @@ use std::path::{Path, PathBuf};
 use factotum_descriptions::{DescriptionError, read_toml};
 use factotum_skills::cip::initiation::KnownGrasp;
 use factotum_skills::cip::setting::{Ablation, CipSetting};
+use factotum_skills::cip::training::{EpisodeRecord, EvaluationRecord};
 use serde::{Deserialize, Serialize};
 
 use crate::storage::{StorageError, append_line, keep_whole_lines, write_atomically};
@@ -50,6 +51,16 @@ impl SkillRecord {
             setting: CipSetting::of(ablation),
         }
     }
+}
+
+/// A line of `metrics.jsonl`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum MetricsLine {
+    /// Of an evaluation.
+    Evaluation(EvaluationRecord),
+    /// Of a training episode.
+    Episode(EpisodeRecord),
 }
 
 /// What is wrong with a skill folder.
@@ -134,7 +145,7 @@ impl SkillFolder {
         self.record_file().exists()
     }
 
-    fn record_file(&self) -> PathBuf {
+    pub(crate) fn record_file(&self) -> PathBuf {
         self.dir.join("skill.toml")
     }
 

@@ -27,6 +27,7 @@ mod plan;
 mod pose;
 mod scene;
 mod state;
+mod training;
 pub mod typescript;
 
 pub use aosm::{Aosm, AosmEdge, AosmObject, NavigationRegion, ObjectClass, Provenance};
@@ -38,6 +39,7 @@ pub use plan::{Plan, PlanStep, StepKind, StepState};
 pub use pose::{Pose, PosePlanar};
 pub use scene::{Body, Geometry, Scene, SceneSource, Shape};
 pub use state::{BasePath, BodyPose, JointPosition, State};
+pub use training::{Evaluation, Training, Trainings};
 
 /// Version of this protocol. A page and a studio that differ in it do not understand each other.
 pub const VERSION: u32 = 1;

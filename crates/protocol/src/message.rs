@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 use ts_rs::TS;
 
-use crate::{Aosm, BasePath, Done, Drive, Event, OccupancyMap, Plan, Scene, State, Status};
+use crate::{
+    Aosm, BasePath, Done, Drive, Event, OccupancyMap, Plan, Scene, State, Status, Trainings,
+};
 
 /// From studio to page.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, TS)]
@@ -30,6 +32,8 @@ pub enum ServerMessage {
     Event(Event),
     /// The job is over.
     Done(Done),
+    /// Skills that are being learned, or were.
+    Trainings(Trainings),
 }
 
 /// Who is speaking.

@@ -4,9 +4,9 @@ use ts_rs::{Config, TS as _};
 
 use crate::{
     Activity, Aosm, AosmEdge, AosmObject, BasePath, Body, BodyPose, ClientMessage, Done, Drive,
-    Event, EventLevel, Geometry, Hello, JointPosition, NavigationRegion, ObjectClass, OccupancyMap,
-    Plan, PlanStep, Pose, PosePlanar, Provenance, Scene, SceneSource, ServerMessage, Shape, State,
-    Status, StepKind, StepState,
+    Evaluation, Event, EventLevel, Geometry, Hello, JointPosition, NavigationRegion, ObjectClass,
+    OccupancyMap, Plan, PlanStep, Pose, PosePlanar, Provenance, Scene, SceneSource, ServerMessage,
+    Shape, State, Status, StepKind, StepState, Training, Trainings,
 };
 
 /// Where the module is committed, from the repository's root.
@@ -65,6 +65,9 @@ pub fn module() -> String {
         Event,
         EventLevel,
         Done,
+        Trainings,
+        Training,
+        Evaluation,
     );
     tidied(&text)
 }

@@ -1,10 +1,10 @@
 //! What the wire promises: the shape of each message, round trips, and refusal of what is not ours.
 
 use factotum_protocol::{
-    Activity, Aosm, BasePath, Body, BodyPose, ClientMessage, Done, Drive, Event, EventLevel,
-    Geometry, Hello, JointPosition, MapError, NavigationRegion, OccupancyMap, Plan, PlanStep, Pose,
-    PosePlanar, Scene, SceneSource, ServerMessage, Shape, State, Status, StepKind, StepState,
-    typescript,
+    Activity, Aosm, BasePath, Body, BodyPose, ClientMessage, Done, Drive, Evaluation, Event,
+    EventLevel, Geometry, Hello, JointPosition, MapError, NavigationRegion, OccupancyMap, Plan,
+    PlanStep, Pose, PosePlanar, Scene, SceneSource, ServerMessage, Shape, State, Status, StepKind,
+    StepState, Training, Trainings, typescript,
 };
 use proptest::prelude::*;
 
@@ -124,6 +124,29 @@ fn example_messages() -> Vec<(ServerMessage, &'static str)> {
                 summary: "the bottle is in the bin".to_owned(),
             }),
             r#"{"type":"done","achieved":true,"summary":"the bottle is in the bin"}"#,
+        ),
+        (
+            ServerMessage::Trainings(Trainings {
+                trainings: vec![Training {
+                    name: "door-cip-0".to_owned(),
+                    task: "door".to_owned(),
+                    ablation: "cip".to_owned(),
+                    seed: u64::MAX.to_string(),
+                    running: true,
+                    episodes: 11,
+                    env_steps: 350,
+                    violations: 1,
+                    recent_success_rate: None,
+                    evaluations: vec![Evaluation {
+                        episode: 10,
+                        success_rate: 0.5,
+                        violation_rate: 0.0,
+                        peak_force_n: 62.5,
+                        time_to_success_secs: Some(1.5),
+                    }],
+                }],
+            }),
+            r#"{"type":"trainings","trainings":[{"name":"door-cip-0","task":"door","ablation":"cip","seed":"18446744073709551615","running":true,"episodes":11,"env_steps":350,"violations":1,"recent_success_rate":null,"evaluations":[{"episode":10,"success_rate":0.5,"violation_rate":0.0,"peak_force_n":62.5,"time_to_success_secs":1.5}]}]}"#,
         ),
     ]
 }

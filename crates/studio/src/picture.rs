@@ -51,6 +51,7 @@ enum Slot {
     BasePath,
     Status,
     Done,
+    Trainings,
 }
 
 #[derive(Debug, Default)]
@@ -93,6 +94,7 @@ impl Picture {
             ServerMessage::BasePath(_) => Some(Slot::BasePath),
             ServerMessage::Status(_) => Some(Slot::Status),
             ServerMessage::Done(_) => Some(Slot::Done),
+            ServerMessage::Trainings(_) => Some(Slot::Trainings),
             ServerMessage::Event(_) => None,
         };
         let frame = Arc::new(Frame::new(message));

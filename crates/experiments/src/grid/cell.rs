@@ -4,11 +4,10 @@ use std::fs::{File, TryLockError};
 use std::path::Path;
 
 use factotum_skills::cip::setting::CipSetting;
-use factotum_skills::cip::training::{EpisodeRecord, EvaluationRecord};
-use serde::Deserialize;
+use factotum_skills::cip::training::EvaluationRecord;
 
 use super::{Cell, CellFailure, CellResult, Grid, GridError, Judgement, setting_digest};
-use crate::skill_folder::SkillFolder;
+use crate::skill_folder::{MetricsLine, SkillFolder};
 use crate::storage::StorageError;
 use crate::sweep::{ChildEnd, Launcher, StopWish};
 
@@ -166,14 +165,6 @@ struct History {
     evaluations: Vec<EvaluationRecord>,
 }
 
-/// A line of `metrics.jsonl`.
-#[derive(Debug, Deserialize)]
-#[serde(untagged)]
-enum Line {
-    Evaluation(EvaluationRecord),
-    Episode(EpisodeRecord),
-}
-
 impl History {
     fn read(metrics: &Path) -> Result<Self, GridError> {
         let text = match std::fs::read_to_string(metrics) {
@@ -194,10 +185,10 @@ impl History {
         Ok(history)
     }
 
-    fn add(&mut self, line: Line) {
+    fn add(&mut self, line: MetricsLine) {
         match line {
-            Line::Evaluation(evaluation) => self.evaluations.push(evaluation),
-            Line::Episode(episode) => {
+            MetricsLine::Evaluation(evaluation) => self.evaluations.push(evaluation),
+            MetricsLine::Episode(episode) => {
                 self.n_episodes = episode.episode;
                 self.n_env_steps = episode.env_steps;
                 self.peak_force_n = self.peak_force_n.max(episode.peak_force_n);
