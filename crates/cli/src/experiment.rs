@@ -1,5 +1,6 @@
 //! `factotum experiment`: how often something succeeds, over many seeds.
 
+mod bootstrap_sim;
 mod cells;
 mod chores;
 mod cip_ablation;
@@ -31,6 +32,8 @@ pub(crate) enum ExperimentCommand {
 /// The experiments that can be run.
 #[derive(Debug, Subcommand)]
 pub(crate) enum ExperimentRun {
+    /// `factotum skill train` from the robot's own plan and from random weights: what a plan to begin with is worth.
+    BootstrapSim(bootstrap_sim::RunArgs),
     /// `factotum run --headless` a seed at a time: how often physics says that the chores are achieved.
     Chores(chores::ChoresArgs),
     /// `factotum skill train` and `eval` for each task, setting and seed: what each part of a contact skill is worth.
@@ -44,6 +47,8 @@ pub(crate) enum ExperimentRun {
 /// The experiments that have a report.
 #[derive(Debug, Subcommand)]
 pub(crate) enum ExperimentReport {
+    /// Returns over rollouts, and a table with intervals.
+    BootstrapSim(bootstrap_sim::ReportArgs),
     /// Success and joint-limit violation over training episodes, and a table with intervals.
     CipAblation(cip_ablation::ReportArgs),
     /// A table with intervals.
@@ -54,6 +59,12 @@ pub(crate) enum ExperimentReport {
 pub(crate) fn experiment(command: &ExperimentCommand, console: &Console) -> anyhow::Result<Answer> {
     match command {
         ExperimentCommand::List => list(console),
+        ExperimentCommand::Run(ExperimentRun::BootstrapSim(args)) => {
+            bootstrap_sim::run(args, console)
+        }
+        ExperimentCommand::Report(ExperimentReport::BootstrapSim(args)) => {
+            bootstrap_sim::report(args, console)
+        }
         ExperimentCommand::Run(ExperimentRun::Chores(args)) => chores::chores(args, console),
         ExperimentCommand::Run(ExperimentRun::CipAblation(args)) => {
             cip_ablation::run(args, console)
@@ -74,7 +85,11 @@ pub(crate) fn experiment(command: &ExperimentCommand, console: &Console) -> anyh
 }
 
 fn list(console: &Console) -> anyhow::Result<Answer> {
-    const EXPERIMENTS: [(&str, &str); 4] = [
+    const EXPERIMENTS: [(&str, &str); 5] = [
+        (
+            "bootstrap-sim",
+            "what a plan to begin with is worth to a motor skill, beside random weights; has a report",
+        ),
         (
             "chores",
             "how often the chores are achieved, over seeds; --goal and --fault choose",

@@ -8,11 +8,13 @@
 //! r = -c (q_O* - q_O)² - aᵀ R a
 //! ```
 //!
-//! [`MotorRig`] is where it is tried, [`MotorSearch`] looks for better ones, [`MotorTraining`] keeps it all in a folder.
+//! [`MotorRig`] is where it is tried, [`MotorSearch`] looks for better ones, [`MotorTraining`] keeps it all in a folder, [`Study`]
+//! does so over seeds.
 
 mod folder;
 mod rig;
 mod search;
+mod study;
 mod training;
 
 use factotum_descriptions::DescriptionError;
@@ -27,6 +29,7 @@ use crate::storage::StorageError;
 pub use folder::{MotorFolder, MotorRecord};
 pub use rig::{MotorRig, MotorRollout};
 pub use search::{Init, MotorSearch};
+pub use study::{Row, Study, StudyError, Table, Trial, TrialResult, report as study_report};
 pub use training::{EpochRecord, MotorSummary, MotorTraining};
 
 /// Why a motor skill could not be learned.

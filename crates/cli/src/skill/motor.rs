@@ -187,6 +187,9 @@ impl MotorRun {
             "epochs": last.epoch,
             "rollouts": last.rollouts,
             "complete": summary.complete,
+            "start": self.task.start,
+            "goal": self.task.goal,
+            "still_return": summary.still_return,
             "first": first,
             "last": last,
         });

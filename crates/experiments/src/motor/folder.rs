@@ -15,7 +15,7 @@ use factotum_learning::pi2::Pi2State;
 use serde::{Deserialize, Serialize};
 
 use super::{EpochRecord, Init, MotorError};
-use crate::storage::{StorageError, append_line, keep_whole_lines, write_atomically};
+use crate::storage::{StorageError, append_line, write_atomically};
 
 /// Version of the folder's format.
 const FORMAT: u32 = 1;
@@ -167,18 +167,15 @@ impl MotorFolder {
     /// # Errors
     /// [`MotorError::Storage`].
     pub fn append(&self, epoch: &EpochRecord) -> Result<(), MotorError> {
-        let text =
-            serde_json::to_string(epoch).map_err(|error| MotorError::Text(error.to_string()))?;
-        Ok(append_line(&self.metrics(), &text)?)
+        Ok(append_line(&self.metrics(), &line_of(epoch)?)?)
     }
 
-    /// Keeps the epochs before `n` in the metrics, for a run that goes on from there.
+    /// The epochs of its metrics.
     ///
     /// # Errors
     /// [`MotorError::Storage`].
-    pub fn keep_epochs(&self, n: u64) -> Result<Vec<EpochRecord>, MotorError> {
+    pub fn epochs(&self) -> Result<Vec<EpochRecord>, MotorError> {
         let file = self.metrics();
-        keep_whole_lines(&file)?;
         let text = match std::fs::read_to_string(&file) {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
@@ -187,13 +184,26 @@ impl MotorFolder {
         let epochs = text
             .lines()
             .map_while(|line| serde_json::from_str(line).ok());
-        let kept: Vec<EpochRecord> = epochs
-            .filter(|epoch: &EpochRecord| epoch.epoch < n)
-            .collect();
-        write_atomically(&file, b"")?;
+        Ok(epochs.collect())
+    }
+
+    /// Keeps the epochs before `n` in the metrics, for a run that goes on from there.
+    ///
+    /// # Errors
+    /// [`MotorError::Storage`].
+    pub fn keep_epochs(&self, n: u64) -> Result<Vec<EpochRecord>, MotorError> {
+        let mut kept = self.epochs()?;
+        kept.retain(|epoch| epoch.epoch < n);
+        let mut text = String::new();
         for epoch in &kept {
-            self.append(epoch)?;
+            text.push_str(&line_of(epoch)?);
+            text.push('\n');
         }
+        write_atomically(&self.metrics(), text.as_bytes())?;
         Ok(kept)
     }
+}
+
+fn line_of(epoch: &EpochRecord) -> Result<String, MotorError> {
+    serde_json::to_string(epoch).map_err(|error| MotorError::Text(error.to_string()))
 }

@@ -129,7 +129,7 @@ impl MotorRig {
         self.rig.place_for_motor_skill()?;
         watch(&self.rig);
         let step_secs = self.step_secs();
-        let n_steps = (self.motor.duration_secs / step_secs).round() as usize;
+        let n_steps = self.n_steps();
         let [shortest, longest] = DURATION_SHARES.map(|share| share * self.motor.duration_secs);
         let mut run = dmp.run(&PositionMotion {
             duration_s: motion.duration_s.clamp(shortest, longest),
@@ -159,10 +159,21 @@ impl MotorRig {
         })
     }
 
+    /// Sum of the rewards of an arm that never moves and an object that does not either.
+    pub fn still_return(&self) -> f64 {
+        let task = self.rig.task();
+        let off = task.goal - task.start;
+        -GOAL_WEIGHT * off * off * self.n_steps() as f64
+    }
+
+    fn n_steps(&self) -> usize {
+        (self.motor.duration_secs / self.step_secs()).round() as usize
+    }
+
     /// Standing still for the length of a rollout, as a demonstration: samples and their distance in time, seconds.
     pub(super) fn stillness(&self, n_samples_min: usize) -> (Vec<DVector<f64>>, f64) {
         let secs = self.motor.duration_secs;
-        let n_steps = ((secs / self.step_secs()).round() as usize).max(n_samples_min);
+        let n_steps = self.n_steps().max(n_samples_min);
         let here = DVector::from_row_slice(&self.rig.reading().arm_positions);
         (vec![here; n_steps + 1], secs / n_steps as f64)
     }

@@ -37,7 +37,7 @@ const RANDOM: Exploration = Exploration {
 };
 
 /// Where the first policy is from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Init {
     /// The robot's own plan.

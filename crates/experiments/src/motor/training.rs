@@ -36,6 +36,8 @@ pub struct MotorSummary {
     pub first: EpochRecord,
     /// The last epoch.
     pub last: EpochRecord,
+    /// Return of an arm that never moves.
+    pub still_return: f64,
     /// Whether all epochs were made.
     pub complete: bool,
 }
@@ -128,6 +130,7 @@ impl MotorTraining<'_> {
         Ok(MotorSummary {
             first: first.ok_or_else(missing)?,
             last: last.ok_or_else(missing)?,
+            still_return: rig.still_return(),
             complete: search.n_updates() >= self.n_epochs,
         })
     }
