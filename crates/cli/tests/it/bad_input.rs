@@ -161,6 +161,24 @@ fn cells_of_no_task_or_setting_are_named() {
 }
 
 #[test]
+fn a_skill_that_was_not_learned_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("trials");
+    let [skills, out_arg] = [dir.path(), &out].map(|path| path.to_str().unwrap());
+    let run = ["experiment", "run", "cip-robustness", "--skills", skills];
+    let wanted = [
+        "door-cip-100/policy.safetensors",
+        "door cip seed 100",
+        "cip-ablation",
+    ];
+    assert_refused(
+        &factotum(&[&run[..], &["--out", out_arg]].concat()),
+        &wanted,
+    );
+    assert!(!out.exists());
+}
+
+#[test]
 fn a_report_of_a_corrupt_line_names_it() {
     let dir = tempfile::tempdir().unwrap();
     let from = dir.path().to_str().unwrap();
