@@ -246,3 +246,29 @@ fn a_motor_skill_begins_with_a_plan_and_options_of_the_other_kind_are_refused() 
     );
     assert_refused(&negative, &["--model-error-mm is -1"]);
 }
+
+#[test]
+fn shipped_skills_are_done_one_after_the_other() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    let run = |more: &[&str]| factotum_in(dir, &[&["--json", "skill", "run"], more].concat());
+    let said = run(&["door", "slide", "--seed", "1"]);
+    assert_eq!(said.code, Some(0), "{}", said.stderr);
+    let document = said.json();
+    let skills = document["skills"].as_array().unwrap();
+    let names: Vec<&str> = skills
+        .iter()
+        .map(|skill| skill["skill"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["door", "slide"]);
+    for skill in skills {
+        let [at, goal] = ["joint_at_end", "goal"].map(|key| skill[key].as_f64().unwrap());
+        assert!(at >= goal, "{skill}");
+    }
+    // The same seed, the same world.
+    assert_eq!(run(&["door", "slide", "--seed", "1"]).json(), document);
+
+    assert_refused(&run(&["lever"]), &["lever", "knob-and-door", "door_1"]);
+    assert_refused(&run(&["movo-drawer"]), &["movo-drawer"]);
+    assert_refused(&run(&["door", "nothing"]), &["`nothing`", "slide"]);
+}
