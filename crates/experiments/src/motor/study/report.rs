@@ -175,7 +175,7 @@ impl Table {
                     counts[0], row.n_trials[0], counts[1], row.n_trials[1]
                 )
             };
-            let _ = writeln!(
+            writeln!(
                 text,
                 "| `{}` | {} | {} | {} | {} | {} | {} |",
                 row.task,
@@ -185,7 +185,8 @@ impl Table {
                 counts(&row.n_first_succeeds),
                 counts(&row.n_last_succeeds),
                 counts(&row.n_farther),
-            );
+            )
+            .ok();
         }
         text.push_str(
             "\nAreas are means over all rollouts that were learned from of the normalised return, with 95 % intervals over \
@@ -194,7 +195,7 @@ impl Table {
         );
         for row in &self.rows {
             for failed in &row.failed {
-                let _ = writeln!(text, "\nFailed: `{}` {failed}", row.task);
+                writeln!(text, "\nFailed: `{}` {failed}", row.task).ok();
             }
         }
         text
