@@ -25,6 +25,21 @@ fn an_unknown_command_is_a_usage_error() {
 fn experiments_are_listed() {
     let said = factotum(&["experiment", "list", "--json"]);
     assert_eq!(said.code, Some(0));
-    assert_eq!(said.json()[0]["name"], "chores");
-    assert_eq!(said.json()[1]["name"], "cip-ablation");
+    let document = said.json();
+    let names: Vec<&str> = document
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|experiment| experiment["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "bootstrap-sim",
+            "chores",
+            "cip-ablation",
+            "cip-compose",
+            "cip-robustness"
+        ]
+    );
 }
