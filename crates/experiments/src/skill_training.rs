@@ -3,11 +3,13 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use factotum_descriptions::TaskSpec;
-use factotum_learning::checkpoint::{self, CheckpointError};
+use factotum_learning::checkpoint::{self, CheckpointError, Identity};
+use factotum_learning::td3::Policy;
 use factotum_skills::cip::environment::{CipEnvironment, CipError, PhaseWatch, Summary};
 use factotum_skills::cip::initiation::GraspInitiation;
 use factotum_skills::cip::perturbation::Perturbation;
 use factotum_skills::cip::rig::{Rig as _, Watched};
+use factotum_skills::cip::setting::CipSetting;
 use factotum_skills::cip::training::{
     EpisodeRecord, EvaluationRecord, Trainer, TrainingError, identity, judge,
 };
@@ -254,12 +256,7 @@ impl Judging<'_> {
         let setting = record.setting.clone();
         let (mut environment, mut policy) = match which {
             WhichPolicy::Best => {
-                let (policy, _) = checkpoint::load_policy(&folder.policy(), &identity(&rig, task))?;
-                let initiation = setting
-                    .head
-                    .then(|| GraspInitiation::read(&folder.grasps(), setting.bandit))
-                    .transpose()
-                    .map_err(TrainingError::Initiation)?;
+                let (policy, initiation) = best_of(folder, &identity(&rig, task), &setting)?;
                 let environment = CipEnvironment::new(rig, task, setting, initiation)
                     .map_err(TrainingError::Environment)?;
                 (environment, policy)
@@ -274,6 +271,21 @@ impl Judging<'_> {
     }
 }
 
+/// The policy of a folder's best evaluation, and I_c if its setting has a head.
+fn best_of(
+    folder: &SkillFolder,
+    identity: &Identity,
+    setting: &CipSetting,
+) -> Result<(Policy, Option<GraspInitiation>), SkillError> {
+    let (policy, _) = checkpoint::load_policy(&folder.policy(), identity)?;
+    let initiation = setting
+        .head
+        .then(|| GraspInitiation::read(&folder.grasps(), setting.bandit))
+        .transpose()
+        .map_err(TrainingError::Initiation)?;
+    Ok((policy, initiation))
+}
+
 /// The skill of a folder as a primitive for any robot of its kind: the policy of the best evaluation, and I_c.
 ///
 /// # Errors
@@ -284,13 +296,8 @@ pub fn primitive(
     record: &SkillRecord,
 ) -> Result<Primitive, SkillError> {
     let rig = TaskRig::new(task)?;
-    let (policy, _) = checkpoint::load_policy(&folder.policy(), &identity(&rig, task))?;
     let setting = record.setting.clone();
-    let initiation = setting
-        .head
-        .then(|| GraspInitiation::read(&folder.grasps(), setting.bandit))
-        .transpose()
-        .map_err(TrainingError::Initiation)?;
+    let (policy, initiation) = best_of(folder, &identity(&rig, task), &setting)?;
     let reading = rig.reading();
     let object_from_region = reading.base_from_object.inverse() * reading.region;
     let anatomy = rig.anatomy().clone();

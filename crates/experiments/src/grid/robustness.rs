@@ -7,7 +7,7 @@
 mod table;
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use factotum_skills::cip::setting::Ablation;
 use serde::{Deserialize, Serialize};
@@ -255,10 +255,7 @@ impl Robustness {
 ///
 /// # Errors
 /// [`GridError`] if there are no results, one is not of this program or there twice, or a file cannot be written.
-pub fn report(
-    from: &std::path::Path,
-    out: &std::path::Path,
-) -> Result<(Table, Vec<PathBuf>), GridError> {
+pub fn report(from: &Path, out: &Path) -> Result<(Table, Vec<PathBuf>), GridError> {
     let table = Table::of(&results_in::<TrialResult>(from)?);
     let json = serde_json::to_string_pretty(&table).map_err(GridError::Table)?;
     std::fs::create_dir_all(out).map_err(|error| StorageError::writing(out, error))?;
