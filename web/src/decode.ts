@@ -17,6 +17,8 @@ const TYPES: Record<MessageType, true> = {
   event: true,
   done: true,
   trainings: true,
+  teaching: true,
+  edit_answer: true,
 };
 
 function isServerMessage(value: unknown): value is ServerMessage {

@@ -33,6 +33,16 @@ export function required(id: string): HTMLElement {
   return found;
 }
 
+/** Whether a key is being typed into something, rather than pressed for the page. */
+export function isTyping(event: KeyboardEvent): boolean {
+  const { target } = event;
+  return (
+    target instanceof HTMLInputElement ||
+    target instanceof HTMLSelectElement ||
+    target instanceof HTMLTextAreaElement
+  );
+}
+
 const SVG = "http://www.w3.org/2000/svg";
 
 /** An element of a drawing. */
@@ -70,6 +80,9 @@ const ICONS = {
   turnLeft: "M5 13a7 7 0 1 0 7-7M14.5 2.5L11 6l3.5 3.5",
   turnRight: "M19 13a7 7 0 1 1-7-7M9.5 2.5L13 6 9.5 9.5",
   navigate: "M12 4l7 16-7-4-7 4z",
+  undo: "M9 14L4 9l5-5M4 9h10a6 6 0 0 1 0 12h-3",
+  redo: "M15 14l5-5-5-5M20 9H10a6 6 0 0 0 0 12h3",
+  add: "M12 5v14M5 12h14",
   manipulate: "M7 20h10M12 20v-6M12 14l-5-5 3-5M7 9h6M13 9l3-2M13 9l3 2",
 } as const;
 

@@ -4,7 +4,7 @@
 // three.js and WebXR have y up and look along -z. Everything of the wire is therefore put, as it
 // is, below one group that is turned by Z_UP_TO_Y_UP; nothing else converts.
 
-import { type Object3D, Quaternion, Vector3 } from "three";
+import { Euler, type Object3D, Quaternion, Vector3 } from "three";
 
 import type { Pose, PosePlanar } from "./protocol";
 
@@ -48,4 +48,33 @@ export function isFinitePose(pose: Pose): boolean {
 /** The heading of a quaternion about z, in radians. */
 export function yawOf([x, y, z, w]: Pose["orientation_xyzw"]): number {
   return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
+}
+
+/** Roll, pitch and yaw about the fixed axes x, y and z (REP-103), in radians. */
+export function rpyOf(orientation: Pose["orientation_xyzw"]): [number, number, number] {
+  const euler = new Euler().setFromQuaternion(new Quaternion(...orientation).normalize(), "ZYX");
+  return [euler.x, euler.y, euler.z];
+}
+
+/** The orientation of these roll, pitch and yaw. */
+export function orientationFromRpy([roll, pitch, yaw]: readonly [number, number, number]): Pose["orientation_xyzw"] {
+  const turned = new Quaternion().setFromEuler(new Euler(roll, pitch, yaw, "ZYX"));
+  return [turned.x, turned.y, turned.z, turned.w];
+}
+
+/** The pose at which an object below the turned group stands. */
+export function poseOf(object: Object3D): Pose {
+  const { position, quaternion } = object;
+  return {
+    position: [position.x, position.y, position.z],
+    orientation_xyzw: [quaternion.x, quaternion.y, quaternion.z, quaternion.w],
+  };
+}
+
+/** A from c, from a from b and b from c. */
+export function composed(aFromB: Pose, bFromC: Pose): Pose {
+  const turn = new Quaternion(...aFromB.orientation_xyzw).normalize();
+  const at = new Vector3(...bFromC.position).applyQuaternion(turn).add(new Vector3(...aFromB.position));
+  const whole = turn.multiply(new Quaternion(...bFromC.orientation_xyzw)).normalize();
+  return { position: [at.x, at.y, at.z], orientation_xyzw: [whole.x, whole.y, whole.z, whole.w] };
 }

@@ -24,7 +24,7 @@ async function main(): Promise<void> {
 
   // The panels work before the renderer has arrived, and without it.
   const { createView } = await import("./view/view");
-  const view = createView(store, stage);
+  const view = createView(store, stage, () => undefined);
   if (view === null) {
     stage.prepend(element("p", { class: "no-webgl", role: "alert" }, TEXT.noWebGl));
   }

@@ -1,17 +1,17 @@
 // Generated from crates/protocol; do not edit. To bring it up to date:
 //   cargo run -p factotum-protocol --example codegen
 
-export const VERSION = 1;
+export const VERSION = 2;
 
 /**
  * From studio to page.
  */
-export type ServerMessage = { "type": "hello" } & Hello | { "type": "scene" } & Scene | { "type": "state" } & State | { "type": "map" } & OccupancyMap | { "type": "aosm" } & Aosm | { "type": "plan" } & Plan | { "type": "base_path" } & BasePath | { "type": "status" } & Status | { "type": "event" } & Event | { "type": "done" } & Done | { "type": "trainings" } & Trainings;
+export type ServerMessage = { "type": "hello" } & Hello | { "type": "scene" } & Scene | { "type": "state" } & State | { "type": "map" } & OccupancyMap | { "type": "aosm" } & Aosm | { "type": "plan" } & Plan | { "type": "base_path" } & BasePath | { "type": "status" } & Status | { "type": "event" } & Event | { "type": "done" } & Done | { "type": "trainings" } & Trainings | { "type": "teaching" } & Teaching | { "type": "edit_answer" } & EditAnswer;
 
 /**
  * From page to studio.
  */
-export type ClientMessage = { "type": "pause" } | { "type": "resume" } | { "type": "stop" } | { "type": "drive" } & Drive | { "type": "drive_done" };
+export type ClientMessage = { "type": "pause" } | { "type": "resume" } | { "type": "stop" } | { "type": "drive" } & Drive | { "type": "drive_done" } | { "type": "edit" } & EditRequest;
 
 /**
  * A velocity of the base, as shares of the robot's limits: each in `[-1, 1]`. Any other number is refused when it is
@@ -562,3 +562,476 @@ export type Evaluation = {
    * Median time of the rollouts that succeeded, in seconds; nothing when none did.
    */
   time_to_success_secs: number | null, };
+
+/**
+ * A home as it can be taught: replaced as a whole after each edit.
+ */
+export type Teaching = {
+  /**
+   * Why no edits are taken now; empty when they are.
+   */
+  closed: string,
+  /**
+   * Classes of the home, by name.
+   */
+  classes: Array<TaughtClass>,
+  /**
+   * Objects of the home, by name.
+   */
+  objects: Array<TaughtObject>,
+  /**
+   * Classes that are not in the home and can be taken into it as they are.
+   */
+  catalogue: Array<CatalogueClass>,
+  /**
+   * The edit that `Edit::Undo` would undo, in words.
+   */
+  undo: string | null,
+  /**
+   * The edit that `Edit::Redo` would do again, in words.
+   */
+  redo: string | null,
+  /**
+   * The latest entries of the journal, the newest first.
+   */
+  history: Array<HistoryEntry>,
+  /**
+   * Widest opening of the robot's gripper, in metres.
+   */
+  aperture_max_m: number, };
+
+/**
+ * An entry of the home's journal.
+ */
+export type HistoryEntry = {
+  /**
+   * Its number.
+   */
+  entry: number,
+  /**
+   * What was done, in words.
+   */
+  what: string,
+  /**
+   * Who did it.
+   */
+  author: string, };
+
+/**
+ * A class that can be taken into the home.
+ */
+export type CatalogueClass = {
+  /**
+   * Its name.
+   */
+  name: string,
+  /**
+   * One sentence for people.
+   */
+  description: string, };
+
+/**
+ * A class, all of it given in its frame Λ.
+ */
+export type TaughtClass = {
+  /**
+   * Name.
+   */
+  name: string,
+  /**
+   * One sentence for people.
+   */
+  description: string,
+  /**
+   * Where it comes from.
+   */
+  provenance: Provenance,
+  /**
+   * Number of the journal's entry that last changed it.
+   */
+  revision: number,
+  /**
+   * Whether its objects can be carried away.
+   */
+  movable: boolean,
+  /**
+   * The shape it was made of; nothing when its model is another one.
+   */
+  form: Form | null,
+  /**
+   * What it looks like.
+   */
+  parts: Array<ClassPart>,
+  /**
+   * Its joints.
+   */
+  joints: Array<ClassJoint>,
+  /**
+   * Named intervals of its joints.
+   */
+  states: Array<ClassState>,
+  /**
+   * Ways to hold it.
+   */
+  grasps: Array<Grasp>,
+  /**
+   * What can be done with it.
+   */
+  actions: Array<Action>, };
+
+/**
+ * Shapes of a class that move together.
+ */
+export type ClassPart = {
+  /**
+   * Joints that move them, the outermost first.
+   */
+  joints: Array<string>,
+  /**
+   * The shapes with all joints at zero; their poses are in Λ.
+   */
+  shapes: Array<Shape>, };
+
+/**
+ * A joint of a class.
+ */
+export type ClassJoint = {
+  /**
+   * Name.
+   */
+  name: string,
+  /**
+   * How it moves.
+   */
+  kind: JointKind,
+  /**
+   * Direction of its axis in Λ.
+   */
+  axis: [number, number, number],
+  /**
+   * A point on its axis in Λ, in metres.
+   */
+  origin: [number, number, number],
+  /**
+   * Lower and upper limit, in radians or metres.
+   */
+  range: [number, number], };
+
+/**
+ * Kinds of joints.
+ */
+export type JointKind = "revolute" | "prismatic";
+
+/**
+ * A named interval of a joint.
+ */
+export type ClassState = {
+  /**
+   * Name.
+   */
+  name: string,
+  /**
+   * The joint.
+   */
+  joint: string,
+  /**
+   * Lower and upper end, in radians or metres.
+   */
+  range: [number, number], };
+
+/**
+ * An object of the home.
+ */
+export type TaughtObject = {
+  /**
+   * Name.
+   */
+  name: string,
+  /**
+   * Its class.
+   */
+  class: string,
+  /**
+   * World from object (Γ).
+   */
+  pose: Pose,
+  /**
+   * How it got into the map.
+   */
+  provenance: Provenance,
+  /**
+   * Number of the journal's entry that last changed it.
+   */
+  revision: number,
+  /**
+   * Which of the page's colours it has for good, whatever objects come and go.
+   */
+  colour_index: number, };
+
+/**
+ * A shape that a class can be made of. Λ is in the middle of its foot, z up.
+ */
+export type Form = { "kind": "box",
+  /**
+   * Its edges along x, y and z, in metres.
+   */
+  size_m: [number, number, number], } | { "kind": "cylinder",
+  /**
+   * Diameter, in metres.
+   */
+  diameter_m: number,
+  /**
+   * Height, in metres.
+   */
+  height_m: number, };
+
+/**
+ * A way to hold an object: attribute "grasp".
+ */
+export type Grasp = {
+  /**
+   * Name within the class.
+   */
+  name: string,
+  /**
+   * Λ from tool, the joints at zero: z is the direction of approach, x that in which the fingers close.
+   */
+  object_from_tool: Pose,
+  /**
+   * Opening of the gripper before it closes, in metres.
+   */
+  aperture_m: number,
+  /**
+   * Part of the model that is held; the whole if absent.
+   */
+  link: string | null,
+  /**
+   * Whether it may be turned about Λ's z axis by any angle.
+   */
+  yaw_symmetric: boolean,
+  /**
+   * Where it comes from. In an edit it counts for nothing: what a person puts is taught.
+   */
+  provenance: Provenance, };
+
+/**
+ * Something that can be done with an object of a class.
+ */
+export type Action = {
+  /**
+   * Name within the class.
+   */
+  name: string,
+  /**
+   * Grasp to do it with; any of the class if absent.
+   */
+  grasp: string | null,
+  /**
+   * What moves.
+   */
+  motion: ActionMotion,
+  /**
+   * Where the base may stand for it; a default if absent.
+   */
+  approach: Approach | null,
+  /**
+   * Where it comes from. In an edit it counts for nothing: what a person puts is taught.
+   */
+  provenance: Provenance, };
+
+/**
+ * What moves in an action.
+ */
+export type ActionMotion = { "kind": "joint",
+  /**
+   * The joint.
+   */
+  joint: string,
+  /**
+   * Position where the action begins; anywhere if absent.
+   */
+  initiation: number | null,
+  /**
+   * Position where it ends.
+   */
+  termination: number,
+  /**
+   * Whether fingers hold it or push it.
+   */
+  contact: Contact,
+  /**
+   * Name of the state that holds afterwards. Where the class has no such state, one is made about the termination.
+   */
+  effect: string, } | { "kind": "put_into",
+  /**
+   * Class of the other.
+   */
+  class: string,
+  /**
+   * Λ of the other from Λ of this one at release.
+   */
+  target_from_object: Pose,
+  /**
+   * Where the base may stand to put it there; a default if absent.
+   */
+  approach: Approach | null, };
+
+/**
+ * How the gripper touches what it moves.
+ */
+export type Contact = "grasp" | "push";
+
+/**
+ * Where the base may stand.
+ */
+export type Approach = {
+  /**
+   * Nearest and farthest distance of the base from Λ on the floor, in metres.
+   */
+  distance_m: [number, number], };
+
+/**
+ * A page's wish to change the home.
+ */
+export type EditRequest = {
+  /**
+   * A random name of the page's choice, at most `EDIT_ID_CHARS_MAX` characters. A request that comes again, as after
+   * a lost connection, is not applied again: it gets the answer of the first.
+   */
+  id: string,
+  /**
+   * Revision of the class or object that the person saw when making the edit. If somebody has changed it since, the
+   * edit is refused. Absent: the edit is applied to whatever there is.
+   */
+  base: number | null,
+  /**
+   * The change.
+   */
+  edit: Edit, };
+
+/**
+ * A change of a home.
+ */
+export type Edit = { "kind": "make_class",
+  /**
+   * Its name.
+   */
+  name: string,
+  /**
+   * The shape.
+   */
+  form: Form,
+  /**
+   * Whether its objects can be carried away.
+   */
+  movable: boolean, } | { "kind": "reshape_class",
+  /**
+   * The class.
+   */
+  name: string,
+  /**
+   * The new shape.
+   */
+  form: Form,
+  /**
+   * Whether its objects can be carried away.
+   */
+  movable: boolean, } | { "kind": "take_class",
+  /**
+   * Its name.
+   */
+  name: string, } | { "kind": "remove_class",
+  /**
+   * Its name.
+   */
+  name: string, } | { "kind": "put_grasp",
+  /**
+   * The class.
+   */
+  class: string,
+  /**
+   * The grasp.
+   */
+  grasp: Grasp, } | { "kind": "remove_grasp",
+  /**
+   * The class.
+   */
+  class: string,
+  /**
+   * Name of the grasp.
+   */
+  name: string, } | { "kind": "put_action",
+  /**
+   * The class.
+   */
+  class: string,
+  /**
+   * The action.
+   */
+  action: Action, } | { "kind": "remove_action",
+  /**
+   * The class.
+   */
+  class: string,
+  /**
+   * Name of the action.
+   */
+  name: string, } | { "kind": "add_object",
+  /**
+   * The class.
+   */
+  class: string,
+  /**
+   * World from object (Γ).
+   */
+  pose: Pose, } | { "kind": "move_object",
+  /**
+   * Its name.
+   */
+  name: string,
+  /**
+   * World from object (Γ).
+   */
+  pose: Pose, } | { "kind": "rename_object",
+  /**
+   * Its name.
+   */
+  name: string,
+  /**
+   * The new one.
+   */
+  to: string, } | { "kind": "remove_object",
+  /**
+   * Its name.
+   */
+  name: string, } | { "kind": "undo" } | { "kind": "redo" };
+
+/**
+ * What became of an `EditRequest`.
+ */
+export type EditAnswer = {
+  /**
+   * The request's id.
+   */
+  id: string,
+  /**
+   * What became of it.
+   */
+  outcome: EditOutcome, };
+
+/**
+ * What became of an edit.
+ */
+export type EditOutcome = { "kind": "accepted",
+  /**
+   * Number of its entry; nothing when it changed nothing.
+   */
+  entry: number | null,
+  /**
+   * Name of the class or object that was made or changed; of an undone or redone edit, its words.
+   */
+  what: string, } | { "kind": "refused",
+  /**
+   * Why: the thing, what was found and what was wanted.
+   */
+  reason: string, };

@@ -9,6 +9,7 @@ import {
   type BasePath,
   type ClientMessage,
   type Done,
+  type EditAnswer,
   type Event as JobEvent,
   type OccupancyMap,
   type Plan,
@@ -17,9 +18,11 @@ import {
   type ServerMessage,
   type State,
   type Status,
+  type Teaching,
   type Training,
   VERSION,
 } from "./protocol";
+import { type Draft, type Lesson, NO_DRAFT, OVERVIEW, stillStands } from "./teach/lesson";
 
 export type Connection =
   | { kind: "connecting" }
@@ -38,6 +41,14 @@ export interface Wishes {
   readonly labels: boolean;
 }
 
+/** How a person likes to drag: kept by the browser from one day to the next. */
+export interface Hand {
+  readonly mode: "move" | "turn";
+  readonly snap: boolean;
+  /** Share of the hand's way that things go, 0 to 1: small for fine work. */
+  readonly speed: number;
+}
+
 export interface Slices {
   connection: Connection;
   session: string | null;
@@ -52,6 +63,19 @@ export interface Slices {
   done: Done | null;
   trainings: readonly Training[];
   wishes: Wishes;
+  /** The home as it can be taught; none where a robot is at work. */
+  teaching: Teaching | null;
+  /** The latest answer to an edit of this page. */
+  answer: EditAnswer | null;
+  /** What is being taught. */
+  lesson: Lesson;
+  /** What of it is not saved yet. */
+  draft: Draft;
+  hand: Hand;
+  /** Edits that wait for their answer. */
+  unanswered: number;
+  /** Why the last edit was refused; empty when it was not. */
+  refusal: string;
   /** A command that was sent and has not yet shown in `status`. */
   waiting: ClientMessage["type"] | null;
 }
@@ -59,7 +83,9 @@ export interface Slices {
 /** More events than anybody reads on a page; the run folder keeps them all. */
 export const EVENTS_MAX = 500;
 
-type Picture = Omit<Slices, "connection" | "wishes">;
+/** What a person is at, which a new connection does not change. */
+type Own = "wishes" | "lesson" | "draft" | "hand" | "unanswered" | "refusal";
+type Picture = Omit<Slices, "connection" | Own>;
 
 function emptyPicture(): Picture {
   return {
@@ -74,6 +100,8 @@ function emptyPicture(): Picture {
     events: [],
     done: null,
     trainings: [],
+    teaching: null,
+    answer: null,
     waiting: null,
   };
 }
@@ -85,6 +113,11 @@ export class Store {
     ...emptyPicture(),
     connection: { kind: "connecting" },
     wishes: { follow: false, map: true, regions: true, labels: true },
+    lesson: OVERVIEW,
+    draft: NO_DRAFT,
+    hand: { mode: "move", snap: true, speed: 1 },
+    unanswered: 0,
+    refusal: "",
   };
   private readonly listeners = new Map<keyof Slices, Set<Listener>>();
 
@@ -146,6 +179,15 @@ export class Store {
       case "trainings":
         this.set("trainings", message.trainings);
         return;
+      case "teaching":
+        this.set("teaching", message);
+        if (!stillStands(this.slices.lesson, message)) {
+          this.learn(OVERVIEW);
+        }
+        return;
+      case "edit_answer":
+        this.set("answer", message);
+        return;
     }
   }
 
@@ -160,6 +202,27 @@ export class Store {
   /** Notes that a command was sent. */
   sent(command: ClientMessage["type"]): void {
     this.set("waiting", command);
+  }
+
+  /** Goes to another step of teaching, with what is not saved of it. */
+  learn(lesson: Lesson, draft: Draft = NO_DRAFT): void {
+    this.set("draft", draft);
+    this.set("lesson", lesson);
+  }
+
+  /** Changes what is not saved. */
+  drafted(draft: Partial<Draft>): void {
+    this.set("draft", { ...this.slices.draft, ...draft });
+  }
+
+  /** Notes how edits stand. */
+  edits(unanswered: number, refusal: string): void {
+    this.set("unanswered", unanswered);
+    this.set("refusal", refusal);
+  }
+
+  handed(hand: Partial<Hand>): void {
+    this.set("hand", { ...this.slices.hand, ...hand });
   }
 
   toggle(wish: keyof Wishes): void {

@@ -48,6 +48,107 @@ export const TEXT = {
   acting: "act",
 } as const;
 
+/** Words of teaching. Each step says what is being told of the thing, and what comes next. */
+export const TEACH = {
+  title: "Teach",
+  undo: "Undo",
+  redo: "Do again",
+  nothingToUndo: "Nothing to undo",
+  nothingToRedo: "Nothing to do again",
+  history: "What was taught",
+  saving: "Saving",
+  refused: "Not done",
+  steps: { class: "What", place: "Where", grasps: "Hold", actions: "Do" },
+  back: "Back",
+  next: "Next",
+  finish: "Finish",
+  save: "Save",
+  cancel: "Leave it",
+  change: "Change",
+  forget: "Forget",
+  remove: "Take it out of the map",
+  name: "Name",
+
+  overviewTitle: "Your home",
+  overview: "Choose a thing to change what the robot knows of it, or teach it a new one.",
+  overviewEmpty: "The robot knows of no thing in this home yet. Teach it the first one.",
+  teachNew: "Teach a new thing",
+
+  classTitle: "What is it?",
+  classBody:
+    "Choose what kind of thing it is. All that you teach belongs to the kind, and works on every thing of it. " +
+    "Next you put it where it stands.",
+  known: "Kinds in this home",
+  catalogue: "Kinds that come with the robot",
+  make: "A new kind, made of a shape",
+  makeIt: "Make it",
+  shape: "Shape",
+  cylinder: "Cylinder",
+  box: "Box",
+  diameter: "Diameter",
+  height: "Height",
+  widthX: "Length (x)",
+  widthY: "Width (y)",
+  movable: "The robot can carry it",
+  placed: (name: string) => `Put a ${words(name)} into the map`,
+
+  placeTitle: (name: string) => `Where is ${words(name)}?`,
+  placeBody:
+    "Drag its model over the real thing: arrows move it, rings turn it. Or write where it stands. " +
+    "Next you show how to hold it.",
+  onFloor: "Put it on the floor",
+  resize: "Size",
+  move: "Move",
+  turn: "Turn",
+  snap: "Snap to floor and grid",
+  speed: "Speed of the hand",
+  drag: "How to drag",
+  position: "Position, cm",
+  orientation: "Turned, degrees",
+  axes: ["x", "y", "z"],
+  turns: ["roll", "pitch", "yaw"],
+
+  graspsTitle: (kind: string) => `How is a ${words(kind)} held?`,
+  graspsBody: "The ways in which the gripper can take it. More than one lets the robot choose. Next you say what to do with it.",
+  graspsEmpty: "It knows of none yet.",
+  addGrasp: "Show a way to hold it",
+  graspTitle: (kind: string) => `Hold the ${words(kind)}`,
+  graspBody:
+    "Drag the gripper to where it is to close: its fingers close along x, it comes along z. " +
+    "What you show counts for every thing of this kind. Save it, then show another or go on.",
+  fromSide: "Begin at its side",
+  fromAbove: "Begin above it",
+  opening: "Opening, cm",
+  symmetric: "Just as good from all sides",
+
+  actionsTitle: (kind: string) => `What can be done with a ${words(kind)}?`,
+  actionsBody: "What the robot may plan with. When all is there, you are done.",
+  actionsEmpty: "Nothing yet.",
+  addPutInto: "Put it into something",
+  addJoint: "Move a part of it",
+  actionTitle: (kind: string) => `Do something with a ${words(kind)}`,
+  putIntoBody:
+    "Name it, choose into what kind of thing it goes, and drag the pale copy to where the robot lets it go. " +
+    "Then save it: the robot can plan with it at once.",
+  jointBody:
+    "Name it, choose the part that moves, and slide it to where the action begins and to where it ends: " +
+    "the two pale copies show both. Then save it.",
+  into: "Into",
+  noTarget: "There is no such thing in the map yet, so the place is given from its middle.",
+  noContainer: "Teach the thing that it goes into first: a bin, for example.",
+  part: "Part that moves",
+  begins: "Begins at",
+  ends: "Ends at",
+  contact: "The gripper",
+  grasps: "holds it",
+  pushes: "pushes it",
+  effect: "Then it is",
+  withGrasp: "Held by",
+  anyGrasp: "any way to hold it",
+  nearest: "Base at least, cm away",
+  farthest: "and at most",
+} as const;
+
 export function activityText(activity: Activity): string {
   const words: Record<Activity, string> = {
     starting: "Starting",

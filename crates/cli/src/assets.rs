@@ -69,6 +69,20 @@ pub(crate) fn skills(shelf: Option<&Path>) -> anyhow::Result<Vec<PathBuf>> {
     Ok(names.into_iter().map(|name| shelf.join(name)).collect())
 }
 
+/// The folders of the shipped object classes, by name.
+pub(crate) fn object_classes() -> anyhow::Result<Vec<(String, PathBuf)>> {
+    let shelf = dir()?.join("objects");
+    let names = shipped_names(&shelf, |path| {
+        let is_class = path.join("class.toml").is_file();
+        is_class.then(|| path.file_name()).flatten()
+    });
+    let with_folder = |name: String| {
+        let folder = shelf.join(&name);
+        (name, folder)
+    };
+    Ok(names.into_iter().map(with_folder).collect())
+}
+
 /// A task file: itself, or that of a shipped task.
 pub(crate) fn task(name: &Path) -> anyhow::Result<PathBuf> {
     if name.is_file() {

@@ -266,7 +266,9 @@ impl Inner {
             | ServerMessage::Scene(_)
             | ServerMessage::BasePath(_)
             | ServerMessage::Done(_)
-            | ServerMessage::Trainings(_) => {}
+            | ServerMessage::Trainings(_)
+            | ServerMessage::Teaching(_)
+            | ServerMessage::EditAnswer(_) => {}
         }
         if is_recorded {
             let time_secs = self.time_secs;

@@ -5,14 +5,11 @@ use std::collections::BTreeMap;
 use factotum_descriptions::ObjectClass;
 use factotum_geometry::Pose2;
 use factotum_geometry::frames::pose_from_planar;
-use factotum_physics::{Model, State};
 use factotum_protocol as wire;
 use factotum_semantic_map::{Aosm, Location};
 
-use crate::wire_view::{geometry_of, pose_of};
-
-/// Geom groups above this are for collision only, by the convention of the models in `assets/`.
-const GROUP_DRAWN_MAX: usize = 2;
+use crate::class_look::parts_of;
+use crate::wire_view::pose_of;
 
 /// What the classes look like, to draw objects where they are believed to be.
 #[derive(Debug, Default)]
@@ -23,10 +20,18 @@ pub(crate) struct BeliefScene {
 impl BeliefScene {
     /// Samples the models of the classes; a class whose model cannot be loaded is not drawn.
     pub(crate) fn new<'a>(classes: impl Iterator<Item = &'a ObjectClass>) -> Self {
-        let shapes = classes
-            .map(|class| (class.name.clone(), shapes_of(class).unwrap_or_default()))
-            .collect();
-        Self { shapes }
+        Self::of_parts(classes.map(|class| (class.name.clone(), parts_of(class))))
+    }
+
+    /// The same of models that were sampled before, by name of the class.
+    pub(crate) fn of_parts(parts: impl Iterator<Item = (String, Vec<wire::ClassPart>)>) -> Self {
+        let flat = |parts: Vec<wire::ClassPart>| {
+            let shapes = parts.into_iter().flat_map(|part| part.shapes);
+            shapes.collect()
+        };
+        Self {
+            shapes: parts.map(|(class, parts)| (class, flat(parts))).collect(),
+        }
     }
 
     /// The scene of everything believed; what the gripper holds is drawn by the robot's own scene.
@@ -47,29 +52,4 @@ impl BeliefScene {
             bodies,
         }
     }
-}
-
-/// The drawn shapes of a class with its joints at zero, in Λ.
-fn shapes_of(class: &ObjectClass) -> Option<Vec<wire::Shape>> {
-    let model = Model::from_mjcf_file(&class.model).ok()?;
-    let mut state = State::new(&model).ok()?;
-    state.forward().ok()?;
-    let root = model.bodies().nth(1)?;
-    let object_from_world = state.world_from_body(root).inverse();
-    let mut shapes = Vec::new();
-    for body in model.bodies().skip(1) {
-        let object_from_body = object_from_world * state.world_from_body(body);
-        for geom in model.geoms_of_body(body) {
-            let rgba = model.geom_rgba(geom);
-            if rgba[3] == 0.0 || model.geom_group(geom) > GROUP_DRAWN_MAX {
-                continue;
-            }
-            shapes.push(wire::Shape {
-                geometry: geometry_of(&model.geom_shape(geom))?,
-                pose: pose_of(&(object_from_body * model.body_from_geom(geom))),
-                rgba,
-            });
-        }
-    }
-    Some(shapes)
 }

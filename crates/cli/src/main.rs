@@ -6,6 +6,7 @@
 mod assets;
 mod audience;
 mod belief;
+mod class_look;
 mod console;
 mod doctor;
 mod experiment;
@@ -25,6 +26,7 @@ mod skill;
 mod snapshot;
 mod studio;
 mod symbols;
+mod teach;
 mod watch;
 mod wire_view;
 

@@ -111,6 +111,7 @@ impl Pacer {
                 wire::ClientMessage::Resume => {}
                 wire::ClientMessage::Drive(drive) => self.hand.hear(drive, Instant::now()),
                 wire::ClientMessage::DriveDone => self.hand.finish(),
+                wire::ClientMessage::Edit(_) => {}
                 wire::ClientMessage::Pause => {
                     self.audience.set_paused(true);
                     self.audience
@@ -120,7 +121,11 @@ impl Pacer {
                             Some(wire::ClientMessage::Resume) => break,
                             Some(wire::ClientMessage::Stop) => self.stop.raise(),
                             Some(wire::ClientMessage::DriveDone) => self.hand.finish(),
-                            Some(wire::ClientMessage::Pause | wire::ClientMessage::Drive(_))
+                            Some(
+                                wire::ClientMessage::Pause
+                                | wire::ClientMessage::Drive(_)
+                                | wire::ClientMessage::Edit(_),
+                            )
                             | None => {}
                         }
                     }

@@ -2,6 +2,7 @@
 //! report draw what is believed over what is so.
 
 use factotum_agent::{StepKind, StepState, StepView};
+use factotum_descriptions::Provenance;
 use factotum_geometry::frames::{pose_from_planar, xyzw_from_quat};
 use factotum_geometry::{Pose, Pose2};
 use factotum_physics::GeomShape;
@@ -66,7 +67,7 @@ pub(crate) fn aosm_of(aosm: &Aosm, graph: &TopologicalGraph, world_from_map: &Po
                     .iter()
                     .map(|action| action.name.clone())
                     .collect(),
-                provenance: wire::Provenance::Given,
+                provenance: provenance_of(class.provenance),
             })
             .collect(),
         objects: aosm
@@ -174,6 +175,15 @@ pub(crate) fn geometry_of(shape: &GeomShape) -> Option<wire::Geometry> {
         },
         GeomShape::HeightField => return None,
     })
+}
+
+/// Where a description comes from.
+pub(crate) fn provenance_of(provenance: Provenance) -> wire::Provenance {
+    match provenance {
+        Provenance::Given => wire::Provenance::Given,
+        Provenance::Taught => wire::Provenance::Taught,
+        Provenance::Learned => wire::Provenance::Learned,
+    }
 }
 
 /// A pose.

@@ -10,19 +10,24 @@
 //! Units are SI and radians. Poses are read as `xyz` (m) and `rpy` (rad, fixed axes X, Y, Z as in REP-103).
 
 mod error;
+mod form;
 mod object;
 mod placement;
+mod provenance;
 mod robot;
 mod task;
+mod taught;
 mod toml_file;
 mod trajectory;
 
 pub use error::DescriptionError;
+pub use form::{Form, FormError, SIZE_MAX_M, SIZE_MIN_M};
 pub use object::{
     ActionKind, ActionSpec, Approach, Contact, Demonstration, Grasp, JointKind, ObjectClass,
     ObjectJoint, StateInterval,
 };
 pub use placement::Placement;
+pub use provenance::Provenance;
 pub use robot::{
     Arm, Base, Camera, Gripper, Lidar, Lift, RobotDescription, RobotPart, Sensors, TcpFrame,
 };

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::{DescriptionError, Placement, parse_toml, read_toml};
+use crate::{DescriptionError, Form, Placement, Provenance, parse_toml, read_toml};
 
 /// A class of objects.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -21,6 +21,12 @@ pub struct ObjectClass {
     pub description: String,
     /// Model τ: MJCF with one root body at Λ. Relative to `class.toml` in the file.
     pub model: PathBuf,
+    /// Where it comes from.
+    #[serde(default, skip_serializing_if = "Provenance::is_given")]
+    pub provenance: Provenance,
+    /// The shape that the model was made of, if it was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub form: Option<Form>,
     /// Whether it can be carried away (a free body).
     #[serde(default)]
     pub movable: bool,
@@ -100,6 +106,9 @@ pub struct StateInterval {
     pub joint: String,
     /// Lower and upper end, rad or m.
     pub range: [f64; 2],
+    /// Where it comes from.
+    #[serde(default, skip_serializing_if = "Provenance::is_given")]
+    pub provenance: Provenance,
 }
 
 /// A way to hold the object, in Λ with all its joints at zero.
@@ -121,6 +130,9 @@ pub struct Grasp {
     /// Whether the grasp may be turned about Λ's z axis by any angle.
     #[serde(default)]
     pub yaw_symmetric: bool,
+    /// Where it comes from.
+    #[serde(default, skip_serializing_if = "Provenance::is_given")]
+    pub provenance: Provenance,
 }
 
 impl Grasp {
@@ -260,6 +272,9 @@ pub struct ActionSpec {
     pub approach: Option<Approach>,
     /// Where the base may stand, relative to the target, to put it down.
     pub place_approach: Option<Approach>,
+    /// Where it comes from.
+    #[serde(default, skip_serializing_if = "Provenance::is_given")]
+    pub provenance: Provenance,
 }
 
 impl ObjectClass {
@@ -283,6 +298,15 @@ impl ObjectClass {
     /// Those of [`ObjectClass::load`], but for a file that cannot be read.
     pub fn parse(text: &str, file: &Path) -> Result<Self, DescriptionError> {
         parse_toml::<Self>(text, file)?.checked(file)
+    }
+
+    /// Whether everything that it names is there and every number is one; `file` is where it lies or would lie.
+    ///
+    /// # Errors
+    /// Those of [`ObjectClass::load`], but for a file that cannot be read.
+    pub fn check(&self, file: &Path) -> Result<(), DescriptionError> {
+        self.check_numbers(file)?;
+        self.check_names(file)
     }
 
     fn checked(mut self, file: &Path) -> Result<Self, DescriptionError> {
@@ -313,7 +337,40 @@ impl ObjectClass {
         })
     }
 
-    fn check(&self, file: &Path) -> Result<(), DescriptionError> {
+    fn check_numbers(&self, file: &Path) -> Result<(), DescriptionError> {
+        let mut numbers: Vec<(String, f64)> = Vec::new();
+        for grasp in &self.grasps {
+            let field = |key: &str| format!("grasps.{}.{key}", grasp.name);
+            numbers.extend(grasp.xyz.map(|value| (field("xyz"), value)));
+            numbers.extend(grasp.rpy.map(|value| (field("rpy"), value)));
+            numbers.push((field("aperture_m"), grasp.aperture_m));
+        }
+        for state in &self.states {
+            let field = format!("states.{}.range", state.name);
+            numbers.extend(state.range.map(|value| (field.clone(), value)));
+        }
+        for action in &self.actions {
+            let field = |key: &str| format!("actions.{}.{key}", action.name);
+            numbers.extend(action.initiation.map(|value| (field("initiation"), value)));
+            let termination = action.termination;
+            numbers.extend(termination.map(|value| (field("termination"), value)));
+            if let Some(pose) = &action.place {
+                let values = pose.xyz.iter().chain(&pose.rpy);
+                numbers.extend(values.map(|value| (field("place"), *value)));
+            }
+        }
+        match numbers.into_iter().find(|(_, value)| !value.is_finite()) {
+            None => Ok(()),
+            Some((field, value)) => Err(DescriptionError::Value {
+                path: file.to_owned(),
+                field,
+                found: value.to_string(),
+                wanted: "a finite number".to_owned(),
+            }),
+        }
+    }
+
+    fn check_names(&self, file: &Path) -> Result<(), DescriptionError> {
         let unknown = |field: String, found: &str, known: Vec<&str>| {
             Err(DescriptionError::Value {
                 path: file.to_owned(),
@@ -400,6 +457,14 @@ impl ObjectClass {
                 ActionKind::PickPlace => {
                     if action.target_class.is_none() {
                         return absent("target_class", "the class to put it in");
+                    }
+                    if !self.movable {
+                        return Err(DescriptionError::Value {
+                            path: file.to_owned(),
+                            field: field("kind"),
+                            found: "`pick_place`, of a class that is not movable".to_owned(),
+                            wanted: "`articulate`, or `movable = true`".to_owned(),
+                        });
                     }
                 }
             }

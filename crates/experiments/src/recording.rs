@@ -216,8 +216,11 @@ impl Recording {
         message: &ServerMessage,
     ) -> Result<(), RecordingError> {
         match message {
-            // The page's greeting, and what is learned elsewhere, say nothing of the run.
-            ServerMessage::Hello(_) | ServerMessage::Trainings(_) => Ok(()),
+            // The page's greeting, what is learned elsewhere, and what is taught when no robot runs, say nothing of the run.
+            ServerMessage::Hello(_)
+            | ServerMessage::Trainings(_)
+            | ServerMessage::Teaching(_)
+            | ServerMessage::EditAnswer(_) => Ok(()),
             ServerMessage::Scene(scene) => self.scene(time_secs, scene),
             ServerMessage::State(state) => self.state(state),
             ServerMessage::Map(map) => self.map(time_secs, map),

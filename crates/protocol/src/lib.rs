@@ -27,6 +27,7 @@ mod plan;
 mod pose;
 mod scene;
 mod state;
+mod teaching;
 mod training;
 pub mod typescript;
 
@@ -39,7 +40,12 @@ pub use plan::{Plan, PlanStep, StepKind, StepState};
 pub use pose::{Pose, PosePlanar};
 pub use scene::{Body, Geometry, Scene, SceneSource, Shape};
 pub use state::{BasePath, BodyPose, JointPosition, State};
+pub use teaching::{
+    Action, ActionMotion, Approach, CatalogueClass, ClassJoint, ClassPart, ClassState, Contact,
+    EDIT_ID_CHARS_MAX, Edit, EditAnswer, EditOutcome, EditRequest, Form, Grasp, HistoryEntry,
+    JointKind, TaughtClass, TaughtObject, Teaching,
+};
 pub use training::{Evaluation, Training, Trainings};
 
 /// Version of this protocol. A page and a studio that differ in it do not understand each other.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;

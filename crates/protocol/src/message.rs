@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 use ts_rs::TS;
 
 use crate::{
-    Aosm, BasePath, Done, Drive, Event, OccupancyMap, Plan, Scene, State, Status, Trainings,
+    Aosm, BasePath, Done, Drive, EditAnswer, EditRequest, Event, OccupancyMap, Plan, Scene, State,
+    Status, Teaching, Trainings,
 };
 
 /// From studio to page.
@@ -34,6 +35,10 @@ pub enum ServerMessage {
     Done(Done),
     /// Skills that are being learned, or were.
     Trainings(Trainings),
+    /// The home as it can be taught.
+    Teaching(Teaching),
+    /// What became of an edit of this page.
+    EditAnswer(EditAnswer),
 }
 
 /// Who is speaking.
@@ -47,7 +52,7 @@ pub struct Hello {
 }
 
 /// From page to studio.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, TS)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, TS)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum ClientMessage {
     /// Hold still until [`Resume`](Self::Resume).
@@ -61,4 +66,6 @@ pub enum ClientMessage {
     Drive(Drive),
     /// The person has driven enough: the job ends, and keeps what it has.
     DriveDone,
+    /// Change the home. Answered by an [`EditAnswer`].
+    Edit(EditRequest),
 }

@@ -3,10 +3,12 @@
 use ts_rs::{Config, TS as _};
 
 use crate::{
-    Activity, Aosm, AosmEdge, AosmObject, BasePath, Body, BodyPose, ClientMessage, Done, Drive,
-    Evaluation, Event, EventLevel, Geometry, Hello, JointPosition, NavigationRegion, ObjectClass,
-    OccupancyMap, Plan, PlanStep, Pose, PosePlanar, Provenance, Scene, SceneSource, ServerMessage,
-    Shape, State, Status, StepKind, StepState, Training, Trainings,
+    Action, ActionMotion, Activity, Aosm, AosmEdge, AosmObject, Approach, BasePath, Body, BodyPose,
+    CatalogueClass, ClassJoint, ClassPart, ClassState, ClientMessage, Contact, Done, Drive, Edit,
+    EditAnswer, EditOutcome, EditRequest, Evaluation, Event, EventLevel, Form, Geometry, Grasp,
+    Hello, HistoryEntry, JointKind, JointPosition, NavigationRegion, ObjectClass, OccupancyMap,
+    Plan, PlanStep, Pose, PosePlanar, Provenance, Scene, SceneSource, ServerMessage, Shape, State,
+    Status, StepKind, StepState, TaughtClass, TaughtObject, Teaching, Training, Trainings,
 };
 
 /// Where the module is committed, from the repository's root.
@@ -68,6 +70,25 @@ pub fn module() -> String {
         Trainings,
         Training,
         Evaluation,
+        Teaching,
+        HistoryEntry,
+        CatalogueClass,
+        TaughtClass,
+        ClassPart,
+        ClassJoint,
+        JointKind,
+        ClassState,
+        TaughtObject,
+        Form,
+        Grasp,
+        Action,
+        ActionMotion,
+        Contact,
+        Approach,
+        EditRequest,
+        Edit,
+        EditAnswer,
+        EditOutcome,
     );
     tidied(&text)
 }

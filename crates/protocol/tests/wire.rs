@@ -18,10 +18,10 @@ fn example_messages() -> Vec<(ServerMessage, &'static str)> {
     vec![
         (
             ServerMessage::Hello(Hello {
-                version: 1,
+                version: 2,
                 session: "5eed".to_owned(),
             }),
-            r#"{"type":"hello","version":1,"session":"5eed"}"#,
+            r#"{"type":"hello","version":2,"session":"5eed"}"#,
         ),
         (
             ServerMessage::Scene(Scene {

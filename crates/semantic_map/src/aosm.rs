@@ -137,7 +137,15 @@ impl Aosm {
             .find(|object| object.location == Location::Held)
     }
 
-    /// Puts an object of `class` into the map under the first free name `class_1`, `class_2`, ... and returns the name.
+    /// The first free name of `class_1`, `class_2`, ... for a new object of `class`.
+    pub fn free_name(&self, class: &str) -> String {
+        (1..)
+            .map(|number| format!("{class}_{number}"))
+            .find(|name| !self.objects.contains_key(name))
+            .unwrap_or_else(|| class.to_owned())
+    }
+
+    /// Puts an object of `class` into the map under its [`free_name`](Self::free_name), and returns the name.
     ///
     /// # Errors
     /// [`MapError::NoClass`] if the class is unknown.
@@ -149,10 +157,7 @@ impl Aosm {
         position_std_m: f64,
     ) -> Result<String, MapError> {
         self.class(class)?;
-        let name = (1..)
-            .map(|number| format!("{class}_{number}"))
-            .find(|name| !self.objects.contains_key(name))
-            .unwrap_or_else(|| class.to_owned());
+        let name = self.free_name(class);
         let object = MapObject {
             name: name.clone(),
             class: class.to_owned(),

@@ -3,16 +3,18 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use factotum_descriptions::{ObjectClass, Placement, parse_toml};
+use factotum_descriptions::{ActionSpec, Form, Grasp, ObjectClass, Placement, parse_toml};
 use factotum_geometry::Pose;
 use factotum_geometry::cloud::PointCloud;
 use factotum_geometry::grid::OccupancyGrid;
 use factotum_geometry::grid::map_server::StoredMap;
 
 use crate::home_folder::{
-    CLOUD, Documents, HOME, ObjectEntry, class_documents, class_folder, cloud_document, entry_of,
-    home_document, map_documents, object_document, object_documents, stored_map,
+    CLOUD, Documents, HOME, ObjectEntry, class_document, class_documents, class_folder, class_text,
+    cloud_document, entry_of, home_document, map_documents, object_document, object_documents,
+    stored_map,
 };
+use crate::vocabulary::OWN_TYPES;
 use crate::{Aosm, Location, MapError, MapObject};
 
 /// A change of a home, to be journaled and undone as one.
@@ -53,6 +55,52 @@ pub enum Edit {
         /// The new name.
         to: String,
     },
+    /// Make a class of a shape.
+    MakeClass {
+        /// Its name.
+        name: String,
+        /// The shape.
+        form: Form,
+        /// Whether its objects can be carried away.
+        movable: bool,
+    },
+    /// Give a class that was made of a shape another one. What was taught of it stays.
+    ReshapeClass {
+        /// Its name.
+        name: String,
+        /// The new shape.
+        form: Form,
+        /// Whether its objects can be carried away.
+        movable: bool,
+    },
+    /// Teach a class a grasp, or change the one of that name.
+    PutGrasp {
+        /// The class.
+        class: String,
+        /// The grasp.
+        grasp: Grasp,
+    },
+    /// Forget a grasp of a class.
+    RemoveGrasp {
+        /// The class.
+        class: String,
+        /// Name of the grasp.
+        name: String,
+    },
+    /// Teach a class an action, or change the one of that name.
+    PutAction {
+        /// The class.
+        class: String,
+        /// The action.
+        action: Box<ActionSpec>,
+    },
+    /// Forget an action of a class.
+    RemoveAction {
+        /// The class.
+        class: String,
+        /// Name of the action.
+        name: String,
+    },
     /// Add a class, or change the one of that name. The model is copied from where the class says it is.
     PutClass(Box<ObjectClass>),
     /// Take a class, of which there is no object, out of the map.
@@ -68,6 +116,34 @@ pub enum Edit {
     SetAll(Box<Aosm>),
     /// Give the home another name.
     SetHomeName(String),
+}
+
+/// A class or an object of a home: what people change, and what two of them may change at once.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Thing {
+    /// A class, with all that is known of it.
+    Class(String),
+    /// An object.
+    Object(String),
+}
+
+impl Thing {
+    /// Whether a document is part of it.
+    pub(crate) fn has(&self, document: &str) -> bool {
+        match self {
+            Self::Class(name) => document.starts_with(&class_folder(name)),
+            Self::Object(name) => document == object_document(name),
+        }
+    }
+}
+
+impl std::fmt::Display for Thing {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Class(name) => write!(f, "class `{name}`"),
+            Self::Object(name) => write!(f, "object `{name}`"),
+        }
+    }
 }
 
 /// New bytes by document; none where the document goes.
@@ -108,6 +184,12 @@ impl Edit {
                 location: Location::In(container),
             } => format!("put {name} in {container}"),
             Self::Rename { name, to } => format!("rename {name} to {to}"),
+            Self::MakeClass { name, .. } => format!("make class {name}"),
+            Self::ReshapeClass { name, .. } => format!("reshape class {name}"),
+            Self::PutGrasp { class, grasp } => format!("teach grasp {} of {class}", grasp.name),
+            Self::RemoveGrasp { class, name } => format!("forget grasp {name} of {class}"),
+            Self::PutAction { class, action } => format!("teach {} of {class}", action.name),
+            Self::RemoveAction { class, name } => format!("forget {name} of {class}"),
             Self::PutClass(class) => format!("put class {}", class.name),
             Self::RemoveClass { name } => format!("remove class {name}"),
             Self::SetMap(_) => "replace the map".to_owned(),
@@ -115,6 +197,29 @@ impl Edit {
             Self::SetAll(_) => "replace everything".to_owned(),
             Self::SetHomeName(name) => format!("name the home {name}"),
         }
+    }
+
+    /// The class or object that it changes, as far as it is one.
+    pub fn thing(&self) -> Option<Thing> {
+        Some(match self {
+            Self::AddObject(object) => Thing::Object(object.name.clone()),
+            Self::RemoveObject { name }
+            | Self::MoveObject { name, .. }
+            | Self::SetJoints { name, .. }
+            | Self::SetLocation { name, .. }
+            | Self::Rename { name, .. } => Thing::Object(name.clone()),
+            Self::MakeClass { name, .. }
+            | Self::ReshapeClass { name, .. }
+            | Self::RemoveClass { name }
+            | Self::PutGrasp { class: name, .. }
+            | Self::RemoveGrasp { class: name, .. }
+            | Self::PutAction { class: name, .. }
+            | Self::RemoveAction { class: name, .. } => Thing::Class(name.clone()),
+            Self::PutClass(class) => Thing::Class(class.name.clone()),
+            Self::SetMap(_) | Self::SetCloud(_) | Self::SetAll(_) | Self::SetHomeName(_) => {
+                return None;
+            }
+        })
     }
 
     /// What the edit does to the documents of `home`. Whether the result makes sense is checked where it is assembled.
@@ -144,6 +249,33 @@ impl Edit {
                 home.change_entry(name, |entry| entry.set_location(location))
             }
             Self::Rename { name, to } => home.rename(name, to),
+            Self::MakeClass {
+                name,
+                form,
+                movable,
+            } => home.make_class(name, *form, *movable),
+            Self::ReshapeClass {
+                name,
+                form,
+                movable,
+            } => home.reshape_class(name, *form, *movable),
+            Self::PutGrasp { class, grasp } => home.change_class(class, |class, _| {
+                class.put_grasp(grasp.clone());
+                Ok(())
+            }),
+            Self::RemoveGrasp { class, name } => home.change_class(class, |class, _| {
+                let known = class.grasps.iter().map(|grasp| grasp.name.clone());
+                let missing = not_of_class(class, "grasp", name, known.collect());
+                class.remove_grasp(name).then_some(()).ok_or(missing)
+            }),
+            Self::PutAction { class, action } => home.change_class(class, |class, file| {
+                Ok(class.put_action(action.as_ref().clone(), file)?)
+            }),
+            Self::RemoveAction { class, name } => home.change_class(class, |class, _| {
+                let known = class.actions.iter().map(|action| action.name.clone());
+                let missing = not_of_class(class, "action", name, known.collect());
+                class.remove_action(name).then_some(()).ok_or(missing)
+            }),
             Self::PutClass(class) => {
                 let mut changes = home.without_class(&class.name);
                 changes.extend(put(class_documents(class)?));
@@ -224,6 +356,64 @@ impl HomeView<'_> {
         Ok(changes)
     }
 
+    fn make_class(
+        &self,
+        name: &str,
+        form: Form,
+        movable: bool,
+    ) -> Result<DocumentChanges, MapError> {
+        let path = self.dir.join(class_document(name, "class.toml"));
+        if self.aosm.classes.contains_key(name) || OWN_TYPES.contains(&name) {
+            return Err(MapError::Home {
+                path,
+                problem: format!("a class is named `{name}` already, expected a new name"),
+            });
+        }
+        let (class, model) = ObjectClass::of_form(name, form, movable)?;
+        let mut documents = class_text(&class)?;
+        let model_document = class_document(name, &class.model.to_string_lossy());
+        documents.insert(model_document, model.into_bytes());
+        Ok(put(documents))
+    }
+
+    fn reshape_class(
+        &self,
+        name: &str,
+        form: Form,
+        movable: bool,
+    ) -> Result<DocumentChanges, MapError> {
+        let (new, model) = ObjectClass::of_form(name, form, movable)?;
+        let mut changes = self.change_class(name, |class, file| {
+            if class.form.is_none() {
+                return Err(MapError::Home {
+                    path: file.to_owned(),
+                    problem: format!(
+                        "class `{name}` has a model of its own, expected one made of a shape"
+                    ),
+                });
+            }
+            (class.form, class.movable) = (new.form, new.movable);
+            class.yaw_symmetric = new.yaw_symmetric;
+            Ok(())
+        })?;
+        let model_document = class_document(name, &new.model.to_string_lossy());
+        changes.insert(model_document, Some(model.into_bytes()));
+        Ok(changes)
+    }
+
+    /// Changes what a class's `class.toml` says; its model stays.
+    fn change_class(
+        &self,
+        name: &str,
+        change: impl FnOnce(&mut ObjectClass, &Path) -> Result<(), MapError>,
+    ) -> Result<DocumentChanges, MapError> {
+        let mut class = self.aosm.class(name)?.clone();
+        let file = self.dir.join(class_document(name, "class.toml"));
+        change(&mut class, &file)?;
+        class.check(&file)?;
+        Ok(put(class_text(&class)?))
+    }
+
     fn without_class(&self, class: &str) -> DocumentChanges {
         let folder = class_folder(class);
         let of_class = self
@@ -274,6 +464,20 @@ impl HomeView<'_> {
         let kept = self.documents.iter().filter(|(name, _)| is_kept(name));
         kept.map(|(name, bytes)| (name.clone(), bytes.clone()))
             .collect()
+    }
+}
+
+fn not_of_class(
+    class: &ObjectClass,
+    what: &'static str,
+    name: &str,
+    known: Vec<String>,
+) -> MapError {
+    MapError::NotOfClass {
+        class: class.name.clone(),
+        what,
+        name: name.to_owned(),
+        known,
     }
 }
 

@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
-use factotum_descriptions::DescriptionError;
+use factotum_descriptions::{DescriptionError, FormError};
 use factotum_geometry::cloud::ply::PlyError;
 use factotum_geometry::grid::map_server::MapFileError;
 use factotum_symbols::ApproachRegionError;
 use factotum_task_planning::operator::OperatorError;
+
+use crate::Thing;
 
 /// Why a semantic map cannot answer, be read or be written.
 #[derive(Debug, thiserror::Error)]
@@ -74,6 +76,26 @@ pub enum MapError {
     /// A TOML file of a home folder is wrong.
     #[error(transparent)]
     Description(#[from] DescriptionError),
+    /// A class is to be made of a shape that is none.
+    #[error(transparent)]
+    Form(#[from] FormError),
+    /// Somebody has changed a thing since the state on which an edit was made.
+    #[error(
+        "{thing} was changed meanwhile: {what}, by {author} (entry {found} of the journal, the edit was made on {wanted}); \
+         look at it again and repeat the edit"
+    )]
+    ChangedMeanwhile {
+        /// The class or object.
+        thing: Thing,
+        /// What the last change of it was.
+        what: String,
+        /// Who made it.
+        author: String,
+        /// Its revision.
+        found: i64,
+        /// The revision on which the edit was made.
+        wanted: i64,
+    },
     /// The map files of a home folder are wrong.
     #[error(transparent)]
     Map(#[from] MapFileError),

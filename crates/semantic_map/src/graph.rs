@@ -57,4 +57,49 @@ impl TopologicalGraph {
         }
         Self { nodes, edges }
     }
+
+    /// The graph with only the nodes for which `is_kept` holds, and the edges between them.
+    #[must_use]
+    pub fn filtered(&self, is_kept: impl Fn(&GraphNode) -> bool) -> Self {
+        let mut kept: Vec<Option<usize>> = Vec::with_capacity(self.nodes.len());
+        let mut nodes = Vec::new();
+        for node in &self.nodes {
+            kept.push(is_kept(node).then_some(nodes.len()));
+            if is_kept(node) {
+                nodes.push(node.clone());
+            }
+        }
+        let renamed = |edge: &GraphEdge| {
+            let [a, b] = edge.nodes.map(|node| kept.get(node).copied().flatten());
+            Some(GraphEdge {
+                nodes: [a?, b?],
+                ..*edge
+            })
+        };
+        let edges = self.edges.iter().filter_map(renamed).collect();
+        Self { nodes, edges }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_filtered_graph_keeps_the_edges_between_what_is_kept() {
+        let node = |name: &str| GraphNode {
+            option: GroundAction::new("pick", [name]),
+            map_from_base: vec![Pose2::identity()],
+        };
+        let nodes = ["a", "b", "c"].map(node).to_vec();
+        let graph = TopologicalGraph::build(nodes, |_, _| Some(1.5));
+        assert_eq!(graph.edges.len(), 3);
+        let fewer = graph.filtered(|node| node.option.args[0] != "b");
+        assert_eq!(fewer.nodes, ["a", "c"].map(node));
+        let edge = GraphEdge {
+            nodes: [0, 1],
+            length_m: 1.5,
+        };
+        assert_eq!(fewer.edges, [edge]);
+    }
 }

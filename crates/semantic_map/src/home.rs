@@ -9,9 +9,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use crate::edit::{DocumentChanges, Edit, HomeView, difference};
-use crate::home_folder::{self, CLOUD, DOMAIN, Documents, HOME};
-use crate::journal::{self, Change, Entry, EntryKind, Execution, FileDigests, Journal, NewEntry};
+use crate::edit::{DocumentChanges, Edit, HomeView, Thing, difference};
+use crate::home_folder::{
+    self, CLOUD, DOMAIN, Documents, HOME, is_object_document, object_document,
+};
+use crate::journal::{
+    self, Change, Entry, EntryKind, Execution, FileDigests, Journal, NewEntry, Revisions,
+};
 use crate::{Aosm, MapError};
 
 /// Author of edits that were made in the text files.
@@ -27,6 +31,8 @@ pub struct Home {
     aosm: Aosm,
     documents: Documents,
     journal: Journal,
+    /// First and last entry that changed a document, those that are gone included.
+    revisions: BTreeMap<String, Revisions>,
     /// The text files as they should be.
     wanted: BTreeMap<String, WantedFile>,
     /// The text files as they are.
@@ -164,12 +170,14 @@ impl Home {
         let files = journal.files()?.into_iter().map(known).collect();
         let wanted = wanted_files(dir, &documents, &aosm, &BTreeMap::new())?;
         let (unconfirmed, unwritten) = (FileDigests::new(), None);
+        let revisions = journal.revisions()?;
         Ok(Self {
             dir: dir.to_owned(),
             name,
             aosm,
             documents,
             journal,
+            revisions,
             wanted,
             files,
             unconfirmed,
@@ -196,6 +204,62 @@ impl Home {
     /// and the next [`Home::open`] try again.
     pub fn unwritten(&self) -> Option<&MapError> {
         self.unwritten.as_ref()
+    }
+
+    /// Number of the journal's entry that last changed a class or object; none if there never was one of that name.
+    pub fn revision(&self, thing: &Thing) -> Option<i64> {
+        let of_thing = self
+            .revisions
+            .iter()
+            .filter(|(document, _)| thing.has(document));
+        of_thing.map(|(_, revisions)| revisions.last).max()
+    }
+
+    /// How many objects were put into the map before this one, those that are gone included: a number that stays with
+    /// the object whatever others come and go. None if there never was an object of that name.
+    pub fn object_rank(&self, name: &str) -> Option<usize> {
+        let document = object_document(name);
+        let first = self.revisions.get(&document)?.first;
+        let mut objects: Vec<(i64, &String)> = self
+            .revisions
+            .iter()
+            .filter(|(other, _)| is_object_document(other))
+            .map(|(other, revisions)| (revisions.first, other))
+            .collect();
+        objects.sort_unstable();
+        objects.binary_search(&(first, &document)).ok()
+    }
+
+    /// Makes an edit as [`Home::edit`] does, unless somebody has changed the class or object since the state on which
+    /// the edit was made: that of its revision `base`.
+    ///
+    /// # Errors
+    /// [`MapError::ChangedMeanwhile`] then; else as [`Home::edit`].
+    pub fn edit_on(
+        &mut self,
+        base: i64,
+        edit: &Edit,
+        author: &str,
+        when_secs: f64,
+    ) -> Result<Option<i64>, MapError> {
+        // What a person has changed in the text files counts as well.
+        self.take_in(when_secs)?;
+        if let Some(thing) = edit.thing()
+            && let Some(found) = self.revision(&thing)
+            && found != base
+        {
+            let last = self.journal.entry(found)?;
+            return Err(MapError::ChangedMeanwhile {
+                thing,
+                what: last
+                    .as_ref()
+                    .map_or_else(String::new, |entry| entry.kind.to_string()),
+                author: last.map_or_else(String::new, |entry| entry.author),
+                found,
+                wanted: base,
+            });
+        }
+        self.edit(edit, author, when_secs)
     }
 
     /// Makes an edit. When this returns, it will outlive the process. The answer is the number of its journal entry, or
@@ -316,12 +380,16 @@ impl Home {
         self.journal.last_entry()
     }
 
-    /// Whether there is an edit to undo, and one to do again.
-    pub fn can_undo_redo(&self) -> (bool, bool) {
-        (
-            self.journal.last_done().is_some(),
-            self.journal.last_undone().is_some(),
-        )
+    /// The edit to undo and the edit to do again, in words.
+    ///
+    /// # Errors
+    /// [`MapError::Journal`] if the journal cannot be read.
+    pub fn undo_redo(&self) -> Result<[Option<String>; 2], MapError> {
+        let what = |edit: Option<i64>| edit.map(|edit| self.journal.what(edit)).transpose();
+        Ok([
+            what(self.journal.last_done())?,
+            what(self.journal.last_undone())?,
+        ])
     }
 
     /// Notes an executed plan step and answers the number of its entry. What it changed in the map is an edit of its own.
@@ -384,6 +452,15 @@ impl Home {
         let (name, aosm) = home_folder::assemble(&self.dir, &documents, kept)?;
         let wanted = wanted_files(&self.dir, &documents, &aosm, &self.wanted)?;
         let id = self.append(kind, author, when_secs, &changes)?;
+        for document in changes.into_keys() {
+            let revisions = self.revisions.entry(document);
+            revisions
+                .and_modify(|revisions| revisions.last = id)
+                .or_insert(Revisions {
+                    first: id,
+                    last: id,
+                });
+        }
         (self.name, self.aosm, self.documents, self.wanted) = (name, aosm, documents, wanted);
         self.unwritten = self.write_files(&BTreeSet::new()).err();
         Ok(Some(id))

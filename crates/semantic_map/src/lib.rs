@@ -23,7 +23,7 @@ mod vocabulary;
 pub mod home_folder;
 
 pub use aosm::{Aosm, Location, MapObject, ObjectSource};
-pub use edit::Edit;
+pub use edit::{Edit, Thing};
 pub use error::MapError;
 pub use goal::{ChoreGoal, Wanted};
 pub use graph::{GraphEdge, GraphNode, TopologicalGraph};

@@ -22,6 +22,9 @@ pub const LOOSE: &str = "loose";
 pub const PICK: &str = "pick";
 const MOVABLE: &str = "movable";
 
+/// Names of types that the vocabulary has of itself, and no class can have.
+pub(crate) const OWN_TYPES: [&str; 2] = ["object", MOVABLE];
+
 /// Predicate of a named state of a class, e.g. `light_switch-off`.
 pub(crate) fn state_predicate(class: &str, state: &str) -> String {
     format!("{class}-{state}")

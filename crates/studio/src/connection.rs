@@ -8,12 +8,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
-use factotum_protocol::{ClientMessage, Event, EventLevel, Hello, ServerMessage};
+use factotum_protocol::{ClientMessage, EditOutcome, Event, EventLevel, Hello, ServerMessage};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt as _, StreamExt as _};
 use tokio::sync::mpsc;
 use tokio::time::{Instant, timeout};
 
+use crate::edits::AskedEdit;
 use crate::picture::Frame;
 use crate::server::Shared;
 
@@ -27,10 +28,12 @@ const CLOSE_TIMEOUT: Duration = Duration::from_millis(500);
 const PING_PERIOD: Duration = Duration::from_secs(10);
 /// Commands that a page may send in one [`COMMANDS_WINDOW`]: twice as many as one from which a robot is driven.
 const COMMANDS_MAX: u32 = 40;
+/// A page's command has some dozens of bytes, an edit some hundreds. What is larger is refused.
+const COMMAND_BYTES_MAX: usize = 16 * 1024;
 /// See [`COMMANDS_MAX`].
 const COMMANDS_WINDOW: Duration = Duration::from_secs(2);
-/// Answers to a page that may wait to be sent; more are dropped.
-const ANSWERS_MAX: usize = 8;
+/// Answers to a page that may wait to be sent; more are dropped. As many as it may send commands.
+const ANSWERS_MAX: usize = COMMANDS_MAX as usize;
 
 /// Serves a page until it leaves, breaks a rule, or the studio shuts down.
 pub(crate) async fn serve(socket: WebSocket, shared: &Shared) {
@@ -61,6 +64,8 @@ enum End {
     Away,
     /// The page sent commands faster than any hand.
     TooFast,
+    /// The page sent far more at once than any command has, or what is no message.
+    Unreadable,
 }
 
 struct Sender {
@@ -95,7 +100,13 @@ impl Sender {
                     revision = latest;
                     frames
                 }
-                Some(answer) = answers.recv() => vec![Arc::new(Frame::new(answer))],
+                Some(answer) = answers.recv() => {
+                    // What was published before the answer is seen before it.
+                    let (latest, mut frames) = shared.picture.newer_than(revision);
+                    revision = latest;
+                    frames.push(Arc::new(Frame::new(answer)));
+                    frames
+                }
                 () = tokio::time::sleep(PING_PERIOD) => {
                     if self.send(Message::Ping(Default::default())).await.is_err() {
                         return End::Gone;
@@ -125,6 +136,10 @@ impl Sender {
             End::Gone => None,
             End::Away => Some((close_code::AWAY, "factotum has ended")),
             End::TooFast => Some((close_code::POLICY, "too many commands")),
+            End::Unreadable => Some((
+                close_code::PROTOCOL,
+                "a message is far too large or cannot be read",
+            )),
         };
         let Some((code, reason)) = frame else { return };
         let message = Message::Close(Some(CloseFrame {
@@ -148,9 +163,16 @@ async fn receive(
 ) -> End {
     let mut window_start = Instant::now();
     let mut n_commands = 0;
-    while let Some(Ok(message)) = stream.next().await {
+    while let Some(message) = stream.next().await {
+        let message = match message {
+            Ok(message) => message,
+            Err(error) => {
+                tracing::warn!(%error, "message of a page cannot be read");
+                return End::Unreadable;
+            }
+        };
         let problem = match message {
-            Message::Text(text) => take(text.as_str(), shared).err(),
+            Message::Text(text) => take(text.as_str(), shared, &answers).err(),
             Message::Binary(_) => Some("a binary message is not a command".to_owned()),
             Message::Close(_) => return End::Gone,
             Message::Ping(_) | Message::Pong(_) => None,
@@ -178,11 +200,29 @@ async fn receive(
     End::Gone
 }
 
-fn take(text: &str, shared: &Shared) -> Result<(), String> {
+fn take(text: &str, shared: &Shared, answers: &mpsc::Sender<ServerMessage>) -> Result<(), String> {
+    if text.len() > COMMAND_BYTES_MAX {
+        return Err(format!(
+            "a message of the page has {} bytes, expected at most {COMMAND_BYTES_MAX}",
+            text.len()
+        ));
+    }
     let command: ClientMessage = serde_json::from_str(text)
         .map_err(|error| format!("a message of the page is not a command: {error}"))?;
     match command {
         ClientMessage::Drive(drive) => tracing::debug!(?drive, "velocity from a page"),
+        ClientMessage::Edit(request) => {
+            tracing::info!(?request, "edit from a page");
+            match &shared.edits {
+                Some(edits) => edits.push(request, answers.clone()),
+                None => AskedEdit::new(request, answers.clone()).answer(EditOutcome::Refused {
+                    reason:
+                        "this page shows a robot at work; `factotum studio` shows a home to teach"
+                            .to_owned(),
+                }),
+            }
+            return Ok(());
+        }
         _ => tracing::info!(?command, "command from a page"),
     }
     shared

@@ -11,6 +11,15 @@
 //! when there is more. So a late or returning page gets the whole picture, a slow one skips what
 //! was overtaken meanwhile, and no connection has a queue that could grow.
 //!
+//! # How a home is edited
+//!
+//! A studio with [`takes_edits`](StudioConfig::takes_edits) hands the pages' edits out by
+//! [`edits`](StudioHandle::edits), in the order in which they arrive: that is the order in which they are applied.
+//! Whoever keeps the home applies one, publishes what it made of the home, and then answers it; the answer goes to the
+//! page that asked, after what was published before. An edit that was made on a state that somebody has changed since
+//! is refused: see [`EditRequest::base`](factotum_protocol::EditRequest::base). A page whose connection broke asks
+//! again under the same id, and whoever keeps the home answers without applying the edit twice.
+//!
 //! # Who gets in
 //!
 //! The studio listens on loopback only and refuses anything else: its traffic is not encrypted.
@@ -42,6 +51,7 @@ mod access;
 mod assets;
 mod commands;
 mod connection;
+mod edits;
 mod error;
 mod picture;
 mod routes;
@@ -49,5 +59,6 @@ mod server;
 
 pub use assets::is_page_built;
 pub use commands::Commands;
+pub use edits::{AskedEdit, Edits};
 pub use error::StudioError;
 pub use server::{Studio, StudioConfig, StudioHandle};

@@ -52,6 +52,7 @@ enum Slot {
     Status,
     Done,
     Trainings,
+    Teaching,
 }
 
 #[derive(Debug, Default)]
@@ -83,6 +84,7 @@ impl Picture {
     pub(crate) fn put(&self, message: ServerMessage) -> Result<(), &'static str> {
         let slot = match &message {
             ServerMessage::Hello(_) => return Err("the studio greets by itself"),
+            ServerMessage::EditAnswer(_) => return Err("an answer is for one page alone"),
             ServerMessage::State(state) if !state.is_finite() => {
                 return Err("state with a number that is not finite");
             }
@@ -95,6 +97,7 @@ impl Picture {
             ServerMessage::Status(_) => Some(Slot::Status),
             ServerMessage::Done(_) => Some(Slot::Done),
             ServerMessage::Trainings(_) => Some(Slot::Trainings),
+            ServerMessage::Teaching(_) => Some(Slot::Teaching),
             ServerMessage::Event(_) => None,
         };
         let frame = Arc::new(Frame::new(message));

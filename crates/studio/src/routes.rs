@@ -17,8 +17,8 @@ use crate::{assets, connection};
 
 /// No request has a body that matters; this only keeps one from filling the memory.
 const BODY_BYTES_MAX: usize = 16 * 1024;
-/// A page's command has some dozens of bytes.
-const COMMAND_BYTES_MAX: usize = 4 * 1024;
+/// What is larger than this is not even read: the connection is closed.
+const MESSAGE_BYTES_MAX: usize = 256 * 1024;
 
 /// Scripts, styles and connections of this server only; the page is never framed.
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
@@ -128,8 +128,8 @@ async fn socket(
         return (StatusCode::SERVICE_UNAVAILABLE, "too many pages are open\n").into_response();
     };
     upgrade
-        .max_message_size(COMMAND_BYTES_MAX)
-        .max_frame_size(COMMAND_BYTES_MAX)
+        .max_message_size(MESSAGE_BYTES_MAX)
+        .max_frame_size(MESSAGE_BYTES_MAX)
         .on_upgrade(move |socket| async move {
             connection::serve(socket, &shared).await;
             drop(seat);

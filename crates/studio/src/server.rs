@@ -11,6 +11,7 @@ use tokio::sync::{Semaphore, watch};
 
 use crate::access::{Access, random_hex};
 use crate::commands::Commands;
+use crate::edits::Edits;
 use crate::picture::Picture;
 use crate::{StudioError, routes};
 
@@ -29,6 +30,8 @@ pub struct StudioConfig {
     pub events_max: usize,
     /// How many pages may be open at once.
     pub pages_max: u16,
+    /// Whether somebody takes the pages' edits. If not, they are refused.
+    pub takes_edits: bool,
 }
 
 impl Default for StudioConfig {
@@ -38,6 +41,7 @@ impl Default for StudioConfig {
             token: None,
             events_max: 200,
             pages_max: 32,
+            takes_edits: false,
         }
     }
 }
@@ -52,6 +56,8 @@ pub(crate) struct Shared {
     pub(crate) access: Access,
     pub(crate) picture: Picture,
     pub(crate) commands: Commands,
+    /// None where nobody takes them.
+    pub(crate) edits: Option<Edits>,
     pub(crate) session: String,
     pub(crate) seats: Arc<Semaphore>,
     n_seats: u32,
@@ -78,6 +84,7 @@ impl Studio {
             access: Access::new(address, config.token)?,
             picture: Picture::new(config.events_max),
             commands: Commands::default(),
+            edits: config.takes_edits.then(Edits::default),
             session: random_hex()?,
             seats: Arc::new(Semaphore::new(usize::from(config.pages_max))),
             n_seats: u32::from(config.pages_max),
@@ -180,6 +187,12 @@ impl StudioHandle {
         self.shared.commands.clone()
     }
 
+    /// The pages' edits; none ever where the studio does not take them.
+    #[must_use]
+    pub fn edits(&self) -> Edits {
+        self.shared.edits.clone().unwrap_or_default()
+    }
+
     /// How many pages are open.
     #[must_use]
     pub fn n_pages(&self) -> usize {
@@ -210,4 +223,5 @@ const _: () = {
     const fn is_send_and_sync<T: Send + Sync>() {}
     is_send_and_sync::<StudioHandle>();
     is_send_and_sync::<Commands>();
+    is_send_and_sync::<Edits>();
 };

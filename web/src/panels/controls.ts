@@ -1,7 +1,7 @@
 // Pause, stop, and what to show: the same as buttons and as keys.
 
 import type { StudioConnection } from "../connection";
-import { element, icon, type IconName, setAttributes } from "../dom";
+import { element, icon, type IconName, isTyping, setAttributes } from "../dom";
 import type { Store, Wishes } from "../store";
 import { TEXT } from "../text";
 
@@ -97,7 +97,7 @@ function button(action: Action, name: IconName, label: string): Button {
 /** One key, one action; not while the dialog asks, and not with a modifier, which is the browser's. */
 function listen(buttons: readonly Button[], dialog: HTMLDialogElement): void {
   document.addEventListener("keydown", (event) => {
-    if (dialog.open || event.repeat || event.ctrlKey || event.metaKey || event.altKey) {
+    if (dialog.open || isTyping(event) || event.repeat || event.ctrlKey || event.metaKey || event.altKey) {
       return;
     }
     // A focused button takes the space bar for itself.

@@ -1,7 +1,7 @@
 // The pad to drive by hand: there only while the job takes driving. Buttons and keys hold alike.
 
 import type { StudioConnection } from "../connection";
-import { element, icon } from "../dom";
+import { element, icon, isTyping } from "../dom";
 import { Hand, type Push, PUSHES } from "../drive_pad";
 import type { Store } from "../store";
 import { pushText, TEXT } from "../text";
@@ -121,7 +121,7 @@ function listenToKeys(hold: Hold, release: Release, releaseAll: () => void): voi
       releaseAll();
       return;
     }
-    if (event.defaultPrevented || event.repeat || event.ctrlKey || event.metaKey || event.altKey) {
+    if (event.defaultPrevented || isTyping(event) || event.repeat || event.ctrlKey || event.metaKey || event.altKey) {
       return;
     }
     const key = event.key.toLowerCase();

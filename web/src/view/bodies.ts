@@ -25,6 +25,7 @@ export class Bodies {
   readonly cutaway = new Cutaway();
   private readonly sources = new Map<SceneSource, { scene: Scene; group: Group }>();
   private readonly byName = new Map<string, Group>();
+  private hidden: string | null = null;
   private readonly materials = new Map<string, MeshLambertMaterial>();
   private readonly edgeMaterial = new LineBasicMaterial({ transparent: true, depthWrite: false });
 
@@ -56,6 +57,14 @@ export class Bodies {
     }
   }
 
+  /** Draws all bodies but this one. */
+  hide(name: string | null): void {
+    this.hidden = name;
+    for (const [other, body] of this.byName) {
+      body.visible = other !== name;
+    }
+  }
+
   setTheme(theme: Theme): void {
     this.edgeMaterial.color.set(theme.edge);
     this.edgeMaterial.opacity = theme.edgeOpacity;
@@ -65,6 +74,7 @@ export class Bodies {
     const group = new Group();
     for (const body of scene.bodies) {
       const made = this.body(body, source);
+      made.visible = body.name !== this.hidden;
       this.byName.set(body.name, made);
       group.add(made);
     }

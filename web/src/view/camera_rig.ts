@@ -4,7 +4,7 @@
 import { type Box3, PerspectiveCamera, Spherical, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
-import { yUpFromZUp } from "../frames";
+import { yUpFromZUp, zUpFromYUp } from "../frames";
 import type { State } from "../protocol";
 
 const FIELD_OF_VIEW_DEG = 38;
@@ -91,6 +91,22 @@ export class CameraRig {
     camera.position.copy(centre).addScaledVector(direction, distance * MARGIN);
     this.controls.target.copy(centre);
     this.controls.update();
+  }
+
+  /** Looks at a point of the wire's world from so far, in the direction in which it looked before. */
+  lookAt([x, y, z]: readonly [number, number, number], distance: number): void {
+    const { camera, controls } = this;
+    this.touched = true;
+    this.step.copy(camera.position).sub(controls.target).setLength(distance);
+    yUpFromZUp(x, y, z, controls.target);
+    camera.position.copy(controls.target).add(this.step);
+    controls.update();
+  }
+
+  /** Where on the floor of the wire's world it looks. */
+  lookedAt(): [number, number] {
+    const at = zUpFromYUp(this.controls.target.x, this.controls.target.y, this.controls.target.z, this.goal);
+    return [at.x, at.y];
   }
 
   follow(followed: boolean): void {

@@ -6,6 +6,7 @@ import { element } from "../dom";
 import { Z_UP_TO_Y_UP } from "../frames";
 import type { State } from "../protocol";
 import type { Store } from "../store";
+import { subjectOf } from "../teach/lesson";
 import { clockText, sceneSummary } from "../text";
 import { Bodies } from "./bodies";
 import { CameraRig } from "./camera_rig";
@@ -15,6 +16,7 @@ import { PathLayer } from "./path_layer";
 import { Quality } from "./quality";
 import { RegionsLayer } from "./regions_layer";
 import { Surroundings } from "./surroundings";
+import { TeachLayer } from "./teach_layer";
 import { currentTheme, onThemeChange } from "./theme";
 
 /** Longer gaps are pauses, not slow frames. */
@@ -23,12 +25,15 @@ const SUMMARY_MILLIS = 5000;
 /** Below this, metres, nothing belongs to a home. */
 const UNDERGROUND_M = -2;
 
+/** How far the camera is from what is taught, metres, by what is taught of it. */
+const LOOK_DISTANCE_M = { place: 3.2, grasps: 0.9, grasp: 0.9, actions: 1.2, action: 1.6 } as const;
+
 /** Draws into the stage for as long as the page is open; null where there is no WebGL 2. */
-export function createView(store: Store, stage: HTMLElement): View | null {
+export function createView(store: Store, stage: HTMLElement, dropped: () => void): View | null {
   const canvas = element("canvas", { tabindex: "0", role: "img" });
   try {
     const renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
-    return new View(store, stage, canvas, renderer);
+    return new View(store, stage, canvas, renderer, dropped);
   } catch {
     return null;
   }
@@ -46,6 +51,8 @@ export class View {
   private readonly labels = new Labels();
   private readonly quality = new Quality();
   private readonly rig: CameraRig;
+  private readonly teach: TeachLayer;
+  private lookedFor = "";
   private readonly visibleLabels = { object: true, region: true };
   private readonly draw = (nowMillis: number): void => this.frame(nowMillis);
   private requested = false;
@@ -59,19 +66,29 @@ export class View {
     private readonly stage: HTMLElement,
     private readonly canvas: HTMLCanvasElement,
     private readonly renderer: WebGLRenderer,
+    dropped: () => void,
   ) {
     renderer.shadowMap.enabled = true;
     renderer.shadowMap.type = PCFShadowMap;
     renderer.shadowMap.autoUpdate = false;
     this.rig = new CameraRig(canvas, () => this.request());
+    this.teach = new TeachLayer(store, this.rig.camera, canvas, {
+      request: () => this.request(),
+      dragging: (isDragging) => {
+        this.rig.controls.enabled = !isDragging;
+      },
+      dropped,
+      hide: (object) => this.bodies.hide(object === null ? null : `believed ${object}`),
+    });
     this.world.quaternion.copy(Z_UP_TO_Y_UP);
     this.world.add(
       this.bodies.root,
       this.map.root,
       this.regions.root,
       this.path.root,
+      this.teach.root,
     );
-    this.scene.add(this.surroundings.root, this.world);
+    this.scene.add(this.surroundings.root, this.world, this.teach.gizmo);
     this.world.updateMatrixWorld(true);
     stage.prepend(canvas, this.labels.root);
 
@@ -116,6 +133,7 @@ export class View {
       this.path.showPath(store.get("path"));
       this.request();
     });
+    store.watch(["lesson"], () => this.look());
     store.watch(["live"], () => this.request());
     store.watch(["wishes"], () => {
       const wishes = store.get("wishes");
@@ -126,6 +144,25 @@ export class View {
       this.rig.follow(wishes.follow);
       this.request();
     });
+  }
+
+  /** Where on the floor, in the wire's world, a person looks. */
+  lookedAt(): [number, number] {
+    return this.rig.lookedAt();
+  }
+
+  /** Goes near what is taught, once for each step. */
+  private look(): void {
+    const lesson = this.store.get("lesson");
+    const subject = subjectOf(lesson, this.store.get("teaching"));
+    const looked = subject === null ? "" : `${lesson.step} ${subject.object.name}`;
+    if (looked !== this.lookedFor) {
+      this.lookedFor = looked;
+      if (subject !== null && lesson.step !== "overview" && lesson.step !== "class") {
+        this.rig.lookAt(subject.object.pose.position, LOOK_DISTANCE_M[lesson.step]);
+        this.request();
+      }
+    }
   }
 
   /** Asks for a frame. */

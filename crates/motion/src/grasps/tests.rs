@@ -15,6 +15,7 @@ fn side_grasp(yaw_symmetric: bool) -> Grasp {
         aperture_m: 0.08,
         link: None,
         yaw_symmetric,
+        provenance: Default::default(),
     }
 }
 

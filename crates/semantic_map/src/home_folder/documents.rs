@@ -43,9 +43,14 @@ pub(crate) fn object_document(object: &str) -> String {
     format!("objects/{object}")
 }
 
+/// Whether the document is an object's.
+pub(crate) fn is_object_document(document: &str) -> bool {
+    document.starts_with("objects/")
+}
+
 /// Whether the document is of the map or the cloud, which cost more to read than all the others.
 pub(crate) fn is_map_or_cloud(document: &str) -> bool {
-    document != HOME && !document.starts_with("objects/") && !document.starts_with(CLASSES)
+    document != HOME && !is_object_document(document) && !document.starts_with(CLASSES)
 }
 
 /// The document of an object.
@@ -60,7 +65,7 @@ pub(crate) fn class_folder(class: &str) -> String {
 }
 
 /// Name of the document of a file of a class.
-pub(super) fn class_document(class: &str, file: &str) -> String {
+pub(crate) fn class_document(class: &str, file: &str) -> String {
     format!("{CLASSES}/{class}/{file}")
 }
 
@@ -131,7 +136,6 @@ pub(crate) fn class_documents(class: &ObjectClass) -> Result<Documents, MapError
     } else {
         vec![model.to_string()]
     };
-    expect_plain(&class.model, "name", Path::new(&class.name))?;
     let mut documents = Documents::new();
     for file in files {
         documents.insert(
@@ -139,15 +143,23 @@ pub(crate) fn class_documents(class: &ObjectClass) -> Result<Documents, MapError
             super::read_file(&folder.join(&file))?,
         );
     }
+    documents.extend(class_text(class)?);
+    Ok(documents)
+}
+
+/// The document `class.toml` of a class.
+pub(crate) fn class_text(class: &ObjectClass) -> Result<Documents, MapError> {
+    expect_plain(&class.model, "name", Path::new(&class.name))?;
+    let model = class.model.file_name().unwrap_or_default();
     let text = toml_bytes(
         Path::new("class.toml"),
         &ObjectClass {
-            model: model.as_ref().into(),
+            model: model.into(),
             ..class.clone()
         },
     )?;
-    documents.insert(class_document(&class.name, "class.toml"), text);
-    Ok(documents)
+    let document = class_document(&class.name, "class.toml");
+    Ok(Documents::from([(document, text)]))
 }
 
 /// The AOSM that documents make, and the home's name. `dir` is the folder they belong to: errors and models are named
@@ -287,7 +299,7 @@ fn classes(dir: &Path, documents: &Documents) -> Result<Vec<ObjectClass>, MapErr
 
 fn objects(dir: &Path, documents: &Documents) -> Result<Vec<MapObject>, MapError> {
     let path = dir.join(OBJECTS);
-    let names = documents.keys().filter(|name| name.starts_with("objects/"));
+    let names = documents.keys().filter(|name| is_object_document(name));
     names
         .map(|name| {
             let entry: ObjectEntry = parse_toml(text(dir, documents, name)?, &path)?;

@@ -23,8 +23,9 @@ use std::path::Path;
 use crate::{Aosm, MapError};
 
 pub(crate) use documents::{
-    CLOUD, Documents, HOME, assemble, class_documents, class_folder, cloud_document, home_document,
-    is_map_or_cloud, map_documents, object_document, object_documents, of_aosm, stored_map,
+    CLOUD, Documents, HOME, assemble, class_document, class_documents, class_folder, class_text,
+    cloud_document, home_document, is_map_or_cloud, is_object_document, map_documents,
+    object_document, object_documents, of_aosm, stored_map,
 };
 pub(crate) use files::{
     DOMAIN, class_files, digest, load, make, read_file, remove, rename, render, replace, stamp,

@@ -43,6 +43,18 @@ pub enum EntryKind {
     Execution(Execution),
 }
 
+impl std::fmt::Display for EntryKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Created => f.write_str("made"),
+            Self::Edit { what } => f.write_str(what),
+            Self::Undo { what, .. } => write!(f, "undo: {what}"),
+            Self::Redo { what, .. } => write!(f, "redo: {what}"),
+            Self::Execution(execution) => write!(f, "{}: {}", execution.step, execution.outcome),
+        }
+    }
+}
+
 /// An executed plan step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Execution {

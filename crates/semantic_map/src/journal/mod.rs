@@ -54,6 +54,13 @@ const TABLES: &str = "
 /// Digest by file, as last known to be on disk; none where the file is gone.
 pub(crate) type FileDigests = BTreeMap<String, Option<[u8; 32]>>;
 
+/// Entries that changed a document.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Revisions {
+    pub(crate) first: i64,
+    pub(crate) last: i64,
+}
+
 /// What to write with an entry.
 pub(crate) struct NewEntry<'a> {
     pub(crate) kind: &'a EntryKind,
@@ -265,6 +272,24 @@ impl Journal {
                 after: row.get(2)?,
             })
         })
+    }
+
+    /// First and last entry that changed a document, for every document there ever was.
+    pub(crate) fn revisions(&self) -> Result<BTreeMap<String, Revisions>, MapError> {
+        let sql = "SELECT document, min(entry), max(entry) FROM changes GROUP BY document";
+        let found = self.query(sql, params![], |row| {
+            let (first, last) = (row.get(1)?, row.get(2)?);
+            Ok((row.get(0)?, Revisions { first, last }))
+        })?;
+        Ok(found.into_iter().collect())
+    }
+
+    /// An entry.
+    pub(crate) fn entry(&self, id: i64) -> Result<Option<Entry>, MapError> {
+        let sql =
+            "SELECT id, when_secs, author, kind, what, target, action, args, outcome, robot_secs
+                   FROM entries LEFT JOIN executions ON entry = id WHERE id = ?1";
+        Ok(self.query(sql, params![id], entry_of_row)?.pop())
     }
 
     /// The latest entries, the newest first.

@@ -98,6 +98,7 @@ fn run(mut options: Options) -> Result<(), String> {
                 ClientMessage::Stop => story.stop(&studio),
                 ClientMessage::Drive(drive) => story.drive_by_hand(drive, &studio),
                 ClientMessage::DriveDone => story.take_driving(false, &studio),
+                ClientMessage::Edit(_) => {}
             }
             story.set_paused(paused, &studio);
         }

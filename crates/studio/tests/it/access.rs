@@ -53,7 +53,7 @@ async fn without_token_or_cookie_nothing_but_health_is_served() {
     }
     let health = get(address, "/api/health", &[]).await;
     assert_eq!(health.status, 200);
-    assert_eq!(health.body, r#"{"status":"ok","protocol_version":1}"#);
+    assert_eq!(health.body, r#"{"status":"ok","protocol_version":2}"#);
 }
 
 #[tokio::test]

@@ -1,0 +1,245 @@
+// What is being taught, in the scene: the object in its own colour, the grippers at it, where its joint begins and ends,
+// and the gizmo that moves one of them. Reads lesson and draft of the store; a drag changes the draft.
+
+import { type Camera, Color, Group, MeshLambertMaterial, type Object3D } from "three";
+import { TransformControls } from "three/addons/controls/TransformControls.js";
+
+import { composed, place, poseOf } from "../frames";
+import { regionColour } from "../palette";
+import type { Action, Grasp, Pose } from "../protocol";
+import type { Store } from "../store";
+import { type Draft, type Lesson, subjectOf, type Subject } from "../teach/lesson";
+import { GRID, settled } from "../teach/settle";
+import { ClassModel } from "./class_model";
+import { gripper } from "./gripper";
+
+const GHOST_OPACITY = 0.35;
+
+/** What the layer asks of those around it. */
+export interface TeachHost {
+  /** Something has changed: draw. */
+  request(): void;
+  /** A drag begins or ends: what else a drag would move keeps still. */
+  dragging(isDragging: boolean): void;
+  /** What was dragged has been let go: it may be saved. */
+  dropped(): void;
+  /** This object is drawn here; nobody else should. */
+  hide(object: string | null): void;
+}
+
+export class TeachLayer {
+  readonly root = new Group();
+  /** The gizmo, which belongs to the scene itself. */
+  readonly gizmo: Object3D;
+  private readonly controls: TransformControls;
+  private readonly solid = new MeshLambertMaterial();
+  private readonly ghost = new MeshLambertMaterial({
+    transparent: true,
+    opacity: GHOST_OPACITY,
+    depthWrite: false,
+  });
+  /** What the gizmo is at; below the root, at a pose in the world. */
+  private readonly held = new Group();
+  private model: ClassModel | null = null;
+  private readonly ghosts: ClassModel[] = [];
+  private readonly grippers = new Group();
+  private start: Pose | null = null;
+  private shownAs = "";
+
+  constructor(
+    private readonly store: Store,
+    camera: Camera,
+    canvas: HTMLElement,
+    private readonly host: TeachHost,
+  ) {
+    this.controls = new TransformControls(camera, canvas);
+    this.controls.setSpace("local");
+    this.controls.setSize(0.85);
+    this.gizmo = this.controls.getHelper();
+    this.root.add(this.held, this.grippers);
+    this.controls.addEventListener("change", () => host.request());
+    this.controls.addEventListener("dragging-changed", ({ value }) => {
+      const isDragging = value === true;
+      host.dragging(isDragging);
+      if (isDragging) {
+        this.start = poseOf(this.held);
+      } else if (this.start !== null) {
+        this.start = null;
+        host.dropped();
+        this.show();
+      }
+    });
+    this.controls.addEventListener("objectChange", () => this.drag());
+    store.watch(["lesson", "draft", "teaching"], () => this.show());
+    store.watch(["hand"], () => {
+      this.controls.setMode(store.get("hand").mode === "turn" ? "rotate" : "translate");
+      host.request();
+    });
+  }
+
+  /** The gizmo has moved what it holds: the draft follows, slowed down and drawn to the grid. */
+  private drag(): void {
+    const { store, start } = this;
+    const subject = subjectOf(store.get("lesson"), store.get("teaching"));
+    if (start === null || subject === null) {
+      return;
+    }
+    const grid = store.get("lesson").step === "place" ? GRID.home : GRID.hand;
+    const base = this.baseOf(subject);
+    const inverse = inverted(base);
+    // Settled in the frame in which people see the numbers.
+    const pose = settled(composed(inverse, start), composed(inverse, poseOf(this.held)), store.get("hand"), grid);
+    place(this.held, composed(base, pose));
+    const { grasp, action } = store.get("draft");
+    switch (store.get("lesson").step) {
+      case "place":
+        store.drafted({ pose });
+        return;
+      case "grasp":
+        if (grasp !== null) {
+          store.drafted({ grasp: { ...grasp, object_from_tool: pose } });
+        }
+        return;
+      case "action":
+        if (action?.motion.kind === "put_into") {
+          store.drafted({ action: { ...action, motion: { ...action.motion, target_from_object: pose } } });
+        }
+        return;
+    }
+  }
+
+  /** The frame in which what the gizmo holds is given: the world, the object, or what it is put into. */
+  private baseOf(subject: Subject): Pose {
+    const { lesson, motion } = { lesson: this.store.get("lesson"), motion: this.store.get("draft").action?.motion };
+    if (lesson.step === "action" && motion?.kind === "put_into") {
+      return this.targetOf(motion.class) ?? IDENTITY;
+    }
+    return lesson.step === "place" ? IDENTITY : subject.object.pose;
+  }
+
+  /** Where the first object of a class stands. */
+  private targetOf(name: string): Pose | null {
+    return this.store.get("teaching")?.objects.find((object) => object.class === name)?.pose ?? null;
+  }
+
+  private show(): void {
+    const { store } = this;
+    const lesson = store.get("lesson");
+    const subject = subjectOf(lesson, store.get("teaching"));
+    const draft = store.get("draft");
+    const as = JSON.stringify([lesson, subject, draft.grasp?.aperture_m, kindOf(draft.action)]);
+    // Nothing is taken out of a hand that holds it.
+    if (as !== this.shownAs && this.start === null) {
+      this.shownAs = as;
+      this.rebuild(subject);
+    }
+    if (subject !== null) {
+      this.arrange(subject, lesson, draft);
+    }
+    this.host.request();
+  }
+
+  private rebuild(subject: Subject | null): void {
+    this.controls.detach();
+    this.model?.dispose();
+    this.model = null;
+    for (const ghost of this.ghosts.splice(0)) {
+      ghost.dispose();
+    }
+    this.grippers.clear();
+    this.held.clear();
+    this.host.hide(subject?.object.name ?? null);
+    if (subject === null) {
+      return;
+    }
+    const colour = new Color(regionColour(subject.object.colour_index));
+    this.solid.color.copy(colour);
+    this.ghost.color.copy(colour);
+    this.model = new ClassModel(subject.of, this.solid);
+    this.root.add(this.model.root);
+    const { step } = this.store.get("lesson");
+    const { grasp, action } = this.store.get("draft");
+    if (step === "action" && action !== null) {
+      // A joint begins and ends somewhere; what is put somewhere ends there.
+      for (let n = action.motion.kind === "joint" ? 2 : 1; n > 0; n--) {
+        const ghost = new ClassModel(subject.of, this.ghost);
+        this.ghosts.push(ghost);
+        this.root.add(ghost.root);
+      }
+    }
+    if (step === "grasp" && grasp !== null) {
+      this.held.add(gripper(grasp.aperture_m, this.solid));
+    }
+    const isHeld =
+      step === "place" ||
+      (step === "grasp" && grasp !== null) ||
+      (step === "action" && action?.motion.kind === "put_into" && this.targetOf(action.motion.class) !== null);
+    if (isHeld) {
+      this.controls.attach(this.held);
+    }
+  }
+
+  /** Puts everything where draft and home say. */
+  private arrange(subject: Subject, lesson: Lesson, draft: Draft): void {
+    const worldFromObject = (lesson.step === "place" ? draft.pose : null) ?? subject.object.pose;
+    if (this.model !== null) {
+      place(this.model.root, worldFromObject);
+    }
+    this.arrangeGrippers(subject, lesson, draft, worldFromObject);
+    if (lesson.step === "place" && this.start === null) {
+      place(this.held, worldFromObject);
+    }
+    const motion = draft.action?.motion;
+    if (lesson.step !== "action" || motion === undefined) {
+      return;
+    }
+    if (motion.kind === "joint") {
+      const ends = [motion.initiation ?? 0, motion.termination];
+      this.ghosts.forEach((ghost, index) => {
+        place(ghost.root, worldFromObject);
+        ghost.pose(motion.joint, ends[index] ?? 0);
+      });
+      return;
+    }
+    const target = this.targetOf(motion.class);
+    const [put] = this.ghosts;
+    if (put !== undefined) {
+      put.root.visible = target !== null;
+      const at = composed(target ?? IDENTITY, motion.target_from_object);
+      place(put.root, at);
+      if (this.start === null) {
+        place(this.held, at);
+      }
+    }
+  }
+
+  private arrangeGrippers(subject: Subject, lesson: Lesson, draft: Draft, worldFromObject: Pose): void {
+    const shown = (grasp: Grasp): boolean =>
+      (lesson.step === "grasps" || lesson.step === "grasp") && !("name" in lesson && grasp.name === lesson.name);
+    this.grippers.clear();
+    for (const grasp of subject.of.grasps.filter(shown)) {
+      const drawn = gripper(grasp.aperture_m, this.ghost);
+      place(drawn, composed(worldFromObject, grasp.object_from_tool));
+      this.grippers.add(drawn);
+    }
+    if (lesson.step === "grasp" && draft.grasp !== null && this.start === null) {
+      place(this.held, composed(worldFromObject, draft.grasp.object_from_tool));
+    }
+  }
+}
+
+const IDENTITY: Pose = { position: [0, 0, 0], orientation_xyzw: [0, 0, 0, 1] };
+
+function inverted(pose: Pose): Pose {
+  const [x, y, z, w] = pose.orientation_xyzw;
+  const back: Pose = { position: [0, 0, 0], orientation_xyzw: [-x, -y, -z, w] };
+  const [px, py, pz] = pose.position;
+  return composed(back, { position: [-px, -py, -pz], orientation_xyzw: [0, 0, 0, 1] });
+}
+
+function kindOf(action: Action | null): string {
+  if (action === null) {
+    return "";
+  }
+  return action.motion.kind === "joint" ? `joint ${action.motion.joint}` : `put into ${action.motion.class}`;
+}
