@@ -31,6 +31,6 @@ pub use provenance::Provenance;
 pub use robot::{
     Arm, Base, Camera, Gripper, Lidar, Lift, RobotDescription, RobotPart, Sensors, TcpFrame,
 };
-pub use task::{EpisodeSpec, MotorSpec, PlacementRange, TaskSpec};
+pub use task::{EpisodeSpec, MotorPolicy, MotorSpec, PlacementRange, TaskSpec};
 pub use toml_file::{nearest_name, parse_toml, read_toml};
 pub use trajectory::{JointTrajectory, TrajectoryError, TrajectoryPoint};

@@ -74,6 +74,30 @@ pub struct MotorSpec {
     /// Share of the way from start to goal beyond which a rollout has succeeded.
     #[serde(default = "default_done")]
     pub done: f64,
+    /// Form of its policy, if nobody asks for another.
+    #[serde(default)]
+    pub policy: MotorPolicy,
+}
+
+/// Form of the policy of a motor skill.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MotorPolicy {
+    /// A movement primitive for each joint of the arm.
+    #[default]
+    Dmp,
+    /// A Gaussian whose mean is a network of where arm and object are.
+    Mlp,
+}
+
+impl MotorPolicy {
+    /// Name in commands and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Dmp => "dmp",
+            Self::Mlp => "mlp",
+        }
+    }
 }
 
 fn default_plan_speed() -> f64 {

@@ -1,17 +1,20 @@
 //! Motor skills: a first policy from the robot's own plan, or none, and policy search from there (thesis Chapter 4,
 //! Algorithm 1).
 //!
-//! A policy is a movement primitive of the arm's joints. An action is a joint velocity: that of the primitive, and a
-//! little of what the arm lags behind. The reward is Eq. 4.1 with c = 60 and R = 0.001 I, at each step:
+//! A policy is a movement primitive of the arm's joints, or a network of where arm and object are. An action is a joint
+//! velocity: that of the primitive and a little of what the arm lags behind, or what the network says. The reward is
+//! Eq. 4.1 with c = 60 and R = 0.001 I, at each step:
 //!
 //! ```text
 //! r = -c (q_O* - q_O)² - aᵀ R a
 //! ```
 //!
-//! [`MotorRig`] is where it is tried, [`MotorSearch`] looks for better ones, [`MotorTraining`] keeps it all in a folder, [`Study`]
-//! does so over seeds.
+//! [`MotorRig`] is where it is tried, a search looks for better ones (`search.rs`: `primitive.rs`, `network.rs`),
+//! [`MotorTraining`] keeps it all in a folder, [`Study`] does so over seeds.
 
 mod folder;
+mod network;
+mod primitive;
 mod rig;
 mod search;
 mod study;
@@ -20,6 +23,7 @@ mod training;
 use factotum_descriptions::DescriptionError;
 use factotum_learning::dmp::DmpError;
 use factotum_learning::pi2::Pi2Error;
+use factotum_learning::policy_gradient::PolicyGradientError;
 use factotum_motion::MotionError;
 use factotum_skills::bootstrap::BootstrapError;
 use factotum_worlds::RigError;
@@ -28,7 +32,7 @@ use crate::storage::StorageError;
 
 pub use folder::{MotorFolder, MotorRecord};
 pub use rig::{MotorRig, MotorRollout};
-pub use search::{Init, MotorSearch};
+pub use search::{Init, SearchName, SearchState};
 pub use study::{Row, Study, StudyError, Table, Trial, TrialResult, report as study_report};
 pub use training::{EpochRecord, MotorSummary, MotorTraining};
 
@@ -62,6 +66,22 @@ pub enum MotorError {
     /// The search.
     #[error(transparent)]
     Search(#[from] Pi2Error),
+    /// The network, or its search.
+    #[error(transparent)]
+    Network(#[from] PolicyGradientError),
+    /// A search that is for another form of policy.
+    #[error(
+        "policy `{policy}` cannot be improved by `{search}`; dmp is by pi2cma, mlp by npg or dapg"
+    )]
+    Misfit {
+        /// The policy.
+        policy: &'static str,
+        /// The search.
+        search: &'static str,
+    },
+    /// A search by demonstrations without any.
+    #[error("`dapg` needs demonstrations, and random weights have none; use npg")]
+    NothingShown,
     /// The folder.
     #[error(transparent)]
     Storage(#[from] StorageError),
@@ -110,13 +130,18 @@ impl MotorError {
             Self::NoMotor { .. }
             | Self::Description(_)
             | Self::Bootstrap(_)
+            | Self::Misfit { .. }
+            | Self::NothingShown
             | Self::Taken { .. }
             | Self::Format { .. }
             | Self::Stored { .. } => true,
             Self::Rig(error) => matches!(error, RigError::Task { .. } | RigError::Size { .. }),
-            Self::Motion(_) | Self::Dmp(_) | Self::Search(_) | Self::Storage(_) | Self::Text(_) => {
-                false
-            }
+            Self::Motion(_)
+            | Self::Dmp(_)
+            | Self::Search(_)
+            | Self::Network(_)
+            | Self::Storage(_)
+            | Self::Text(_) => false,
         }
     }
 }

@@ -121,6 +121,25 @@ impl ObjectKinematics {
         }
     }
 
+    /// Where the joint is while the tool goes along `places` and moves it from the one numbered `from` on.
+    fn along(&self, tool_way: &[Pose], places: &[Pose], from: usize) -> Vec<f64> {
+        let mut at = 0;
+        let mut joint = Vec::with_capacity(places.len());
+        for (k, place) in places.iter().enumerate() {
+            let off = |i: usize| {
+                tool_way.get(i).map_or(f64::INFINITY, |pose| {
+                    (pose.translation.vector - place.translation.vector).norm()
+                })
+            };
+            while k >= from && off(at + 1) <= off(at) && at + 1 < tool_way.len() {
+                at += 1;
+            }
+            let share = at as f64 / (N_POSES - 1) as f64;
+            joint.push(self.start + (self.goal - self.start) * share);
+        }
+        joint
+    }
+
     /// The tool's poses along the object's way, the contact first; in the base frame.
     fn tool_way(&self) -> Vec<Pose> {
         (0..N_POSES)
@@ -134,13 +153,22 @@ impl ObjectKinematics {
     }
 }
 
+/// A motion of the arm, and what the object does meanwhile.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointDemo {
+    /// Configurations of the chain at equal steps of time.
+    pub positions: Vec<DVector<f64>>,
+    /// Where the object's joint is then, rad or m.
+    pub object: Vec<f64>,
+    /// The step, seconds.
+    pub step_secs: f64,
+}
+
 /// What the robot shows itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedDemo {
-    /// Configurations of the chain at equal steps of time.
-    pub positions: Vec<DVector<f64>>,
-    /// The step, seconds.
-    pub step_secs: f64,
+    /// The motion; of the object what is believed of it.
+    pub motion: JointDemo,
     /// How much of the object's way the arm can follow, 0 to 1.
     pub fraction: f64,
     /// What ended it, if not the goal.
@@ -166,6 +194,7 @@ pub fn initial_demo(
     let goals = std::slice::from_ref(&contact.before);
     let outcome = plan_joints(free, q_start, goals, &PlanLimits::default(), rng);
     let to_contact = solved(outcome).map_err(|detail| BootstrapError::NoWay { detail })?;
+    let touch = contact.way.first().cloned().unwrap_or_default();
     let mut path = to_contact.path;
     path.extend(contact.approach.iter().skip(1).cloned());
     path.extend(contact.way.iter().skip(1).cloned());
@@ -173,15 +202,30 @@ pub fn initial_demo(
     let trajectory = time_path(&robot, &path, speed)?;
     let n_steps = (trajectory.duration_secs() / step_secs).ceil().max(3.0);
     let step = trajectory.duration_secs() / n_steps;
-    let positions = (0..=n_steps as usize)
+    let positions: Vec<DVector<f64>> = (0..=n_steps as usize)
         .map(|k| DVector::from_vec(trajectory.sample(k as f64 * step).positions))
         .collect();
+    let places = positions
+        .iter()
+        .map(|q| robot.chain().base_from_tcp(q.as_slice()));
+    let places: Vec<Pose> = places.collect();
+    let from = nearest(&positions, &DVector::from_vec(touch));
     Ok(PlannedDemo {
-        positions,
-        step_secs: step,
+        motion: JointDemo {
+            object: object.along(&tool_way, &places, from),
+            positions,
+            step_secs: step,
+        },
         fraction: contact.fraction,
         stopped_by: contact.stopped_by,
     })
+}
+
+/// Which of the configurations is nearest to one.
+fn nearest(positions: &[DVector<f64>], q: &DVector<f64>) -> usize {
+    let off = |k: &usize| (&positions[*k] - q).norm();
+    let nearest = (0..positions.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
+    nearest.unwrap_or(0)
 }
 
 /// Sum of what the joints must move, rad.
@@ -332,17 +376,21 @@ mod tests {
         let demo = plan(&object).unwrap();
         assert!((demo.fraction - 1.0).abs() < 1e-9 && demo.stopped_by.is_none());
         let robot = arm();
-        let first = demo.positions.first().unwrap();
+        let first = demo.motion.positions.first().unwrap();
         let start = robot.q_ready();
         assert!(first.iter().zip(&start).all(|(a, b)| (a - b).abs() < 1e-6));
-        let last = demo.positions.last().unwrap();
+        let last = demo.motion.positions.last().unwrap();
         let tool = robot.chain().base_from_tcp(last.as_slice());
         let off = tool.translation.vector - Vector3::new(0.65, 0.1, 0.2);
         assert!(off.norm() < 1e-3, "{off}");
+        // The object is moved from the contact on, and then all the way.
+        let joint = &demo.motion.object;
+        assert!((joint[0] - 0.0).abs() < 1e-12 && joint.is_sorted());
+        assert!((joint.last().unwrap() - 0.15).abs() < 0.005, "{joint:?}");
         // No joint is asked for more than it can do.
-        for pair in demo.positions.windows(2) {
+        for pair in demo.motion.positions.windows(2) {
             for (limit, (a, b)) in robot.limits().iter().zip(pair[0].iter().zip(&pair[1])) {
-                assert!((b - a).abs() <= 1.01 * limit.velocity * demo.step_secs);
+                assert!((b - a).abs() <= 1.01 * limit.velocity * demo.motion.step_secs);
             }
         }
     }

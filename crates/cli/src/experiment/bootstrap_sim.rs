@@ -28,9 +28,9 @@ pub(crate) struct RunArgs {
     /// The first of them.
     #[arg(long, value_name = "BASE", default_value_t = 200)]
     seed: u64,
-    /// Updates of the policy.
-    #[arg(long, value_name = "N", default_value_t = 40)]
-    epochs: u64,
+    /// Updates of the policy [default: 40 for primitives, 10 for networks].
+    #[arg(long, value_name = "N")]
+    epochs: Option<u64>,
     /// Standard deviation of the error of the object's position and of its joint's origin, for the plan.
     #[arg(long, value_name = "MM", default_value_t = 0.0)]
     model_error_mm: f64,

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args, ValueEnum};
-use factotum_descriptions::TaskSpec;
+use factotum_descriptions::{MotorPolicy, TaskSpec};
 use factotum_experiments::motor::{
-    EpochRecord, Init, MotorError, MotorFolder, MotorRecord, MotorTraining,
+    EpochRecord, Init, MotorError, MotorFolder, MotorRecord, MotorTraining, SearchName,
 };
 use factotum_skills::bootstrap::PlannedDemo;
 use serde_json::json;
@@ -17,9 +17,6 @@ use super::{TrainArgs, load_task};
 use crate::assets;
 use crate::console::{Answer, Console, tell, usage};
 
-/// Epochs of a search: the dissertation's budget for primitives.
-const EPOCHS: u64 = 40;
-
 /// What a motor skill is learned with.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Motor skills (tasks with a table `[motor]`)")]
@@ -27,10 +24,16 @@ pub(super) struct MotorArgs {
     /// Where the first policy is from [default: plan].
     #[arg(long, value_enum)]
     init: Option<InitName>,
-    /// Updates of the policy [default: 40].
+    /// Form of the policy [default: the task's].
+    #[arg(long, value_enum)]
+    policy: Option<PolicyForm>,
+    /// How it is improved [default: pi2cma for dmp; dapg for mlp from a plan, npg from random weights].
+    #[arg(long, value_enum)]
+    search: Option<SearchForm>,
+    /// Updates of the policy [default: 40 for dmp, 10 for mlp].
     #[arg(long, value_name = "N")]
     epochs: Option<u64>,
-    /// Rollouts for each update [default: 10].
+    /// Rollouts for each update [default: 10 for dmp, 20 for mlp].
     #[arg(long, value_name = "N")]
     rollouts: Option<u32>,
     /// Standard deviation of the error of the object's position and of its joint's origin, for the plan [default: 0].
@@ -50,11 +53,52 @@ enum InitName {
     Random,
 }
 
+/// Forms of a policy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PolicyForm {
+    /// A movement primitive for each joint.
+    Dmp,
+    /// A Gaussian whose mean is a network.
+    Mlp,
+}
+
+/// Ways to improve one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum SearchForm {
+    /// PI²-CMA, for dmp.
+    Pi2cma,
+    /// Natural policy gradient, for mlp.
+    Npg,
+    /// The same with the demonstrations at its side, for mlp.
+    Dapg,
+}
+
+impl From<PolicyForm> for MotorPolicy {
+    fn from(form: PolicyForm) -> Self {
+        match form {
+            PolicyForm::Dmp => Self::Dmp,
+            PolicyForm::Mlp => Self::Mlp,
+        }
+    }
+}
+
+impl From<SearchForm> for SearchName {
+    fn from(form: SearchForm) -> Self {
+        match form {
+            SearchForm::Pi2cma => Self::Pi2cma,
+            SearchForm::Npg => Self::Npg,
+            SearchForm::Dapg => Self::Dapg,
+        }
+    }
+}
+
 impl MotorArgs {
     /// The first option that was given.
     fn given(&self) -> Option<&'static str> {
         [
             ("--init", self.init.is_some()),
+            ("--policy", self.policy.is_some()),
+            ("--search", self.search.is_some()),
             ("--epochs", self.epochs.is_some()),
             ("--rollouts", self.rollouts.is_some()),
             ("--model-error-mm", self.model_error_mm.is_some()),
@@ -83,7 +127,6 @@ pub(super) fn is_motor_skill(dir: &Path) -> bool {
 /// What to learn, if it is a motor skill.
 pub(super) fn motor_run(args: &TrainArgs) -> anyhow::Result<Option<MotorRun>> {
     let motor = &args.motor;
-    let n_epochs = motor.epochs.unwrap_or(EPOCHS);
     let (folder, record, task) = match (&args.resume, &args.task) {
         (Some(dir), _) => {
             let folder = MotorFolder::at(dir);
@@ -96,9 +139,10 @@ pub(super) fn motor_run(args: &TrainArgs) -> anyhow::Result<Option<MotorRun>> {
         }
         (None, Some(name)) => {
             let task = load_task(name)?;
-            if task.motor.is_none() {
+            let Some(spec) = &task.motor else {
                 return no_motor(args, "the task has no table `[motor]`");
-            }
+            };
+            let policy = motor.policy.map_or(spec.policy, MotorPolicy::from);
             let init = match motor.init {
                 None | Some(InitName::Plan) => Init::Plan,
                 Some(InitName::Random) => Init::Random,
@@ -107,12 +151,14 @@ pub(super) fn motor_run(args: &TrainArgs) -> anyhow::Result<Option<MotorRun>> {
                 let stem = name.file_stem().unwrap_or_default().to_string_lossy();
                 PathBuf::from("skills").join(format!("{stem}-{}-{}", init.name(), args.seed))
             });
+            let usual = MotorRecord::new(assets::task_name(name)?, init, policy, args.seed);
             let record = MotorRecord {
-                rollouts: motor.rollouts.unwrap_or(10),
+                search: motor.search.map_or(usual.search, SearchName::from),
+                rollouts: motor.rollouts.unwrap_or(usual.rollouts),
                 model_error_m: 1e-3 * at_least_zero("--model-error-mm", motor.model_error_mm)?,
                 model_error_rad: at_least_zero("--model-error-deg", motor.model_error_deg)?
                     .to_radians(),
-                ..MotorRecord::new(assets::task_name(name)?, init, args.seed)
+                ..usual
             };
             (MotorFolder::at(&dir), record, task)
         }
@@ -132,10 +178,10 @@ pub(super) fn motor_run(args: &TrainArgs) -> anyhow::Result<Option<MotorRun>> {
         )));
     }
     Ok(Some(MotorRun {
+        n_epochs: motor.epochs.unwrap_or(record.usual_epochs()),
         folder,
         record,
         task,
-        n_epochs,
         resume: args.resume.is_some(),
     }))
 }
@@ -182,6 +228,8 @@ impl MotorRun {
         let document = json!({
             "task": self.task.name,
             "init": self.record.init.name(),
+            "policy": self.record.policy.name(),
+            "search": self.record.search.name(),
             "seed": self.record.seed,
             "folder": self.folder.dir(),
             "epochs": last.epoch,
@@ -256,7 +304,8 @@ pub(super) fn judge(dir: &Path, video: Option<&Path>, console: &Console) -> anyh
 }
 
 fn plan_line(demo: &PlannedDemo) -> String {
-    let secs = demo.step_secs * (demo.positions.len().max(1) - 1) as f64;
+    let motion = &demo.motion;
+    let secs = motion.step_secs * (motion.positions.len().max(1) - 1) as f64;
     let how_far = match &demo.stopped_by {
         None => "the arm can follow the object all the way".to_owned(),
         Some(reason) => format!(

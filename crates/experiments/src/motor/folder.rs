@@ -10,15 +10,14 @@
 
 use std::path::{Path, PathBuf};
 
-use factotum_descriptions::read_toml;
-use factotum_learning::pi2::Pi2State;
+use factotum_descriptions::{MotorPolicy, read_toml};
 use serde::{Deserialize, Serialize};
 
-use super::{EpochRecord, Init, MotorError};
+use super::{EpochRecord, Init, MotorError, SearchName, SearchState};
 use crate::storage::{StorageError, append_line, write_atomically};
 
 /// Version of the folder's format.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// What a motor skill was learned with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -30,6 +29,10 @@ pub struct MotorRecord {
     pub task: PathBuf,
     /// Where the first policy is from.
     pub init: Init,
+    /// Form of the policy.
+    pub policy: MotorPolicy,
+    /// How it is improved.
+    pub search: SearchName,
     /// Seed of all that is random.
     pub seed: u64,
     /// Rollouts of each epoch.
@@ -41,16 +44,29 @@ pub struct MotorRecord {
 }
 
 impl MotorRecord {
-    /// The record of a run with the thesis' ten rollouts an epoch and a true model.
-    pub fn new(task: PathBuf, init: Init, seed: u64) -> Self {
+    /// The record of a run with what the dissertation takes for such a policy, and a true model.
+    pub fn new(task: PathBuf, init: Init, policy: MotorPolicy, seed: u64) -> Self {
         Self {
             format: FORMAT,
             task,
             init,
+            policy,
+            search: SearchName::usual(policy, init),
             seed,
-            rollouts: 10,
+            rollouts: match policy {
+                MotorPolicy::Dmp => 10,
+                MotorPolicy::Mlp => 20,
+            },
             model_error_m: 0.0,
             model_error_rad: 0.0,
+        }
+    }
+
+    /// Epochs, if nobody asks for another number: the dissertation's budget.
+    pub fn usual_epochs(&self) -> u64 {
+        match self.policy {
+            MotorPolicy::Dmp => 40,
+            MotorPolicy::Mlp => 10,
         }
     }
 }
@@ -132,7 +148,7 @@ impl MotorFolder {
     ///
     /// # Errors
     /// [`MotorError::Storage`] if it cannot be written; the one before stays then.
-    pub fn write_search(&self, state: &Pi2State) -> Result<(), MotorError> {
+    pub fn write_search(&self, state: &SearchState) -> Result<(), MotorError> {
         let text =
             serde_json::to_string(state).map_err(|error| MotorError::Text(error.to_string()))?;
         Ok(write_atomically(&self.search_file(), text.as_bytes())?)
@@ -142,7 +158,7 @@ impl MotorFolder {
     ///
     /// # Errors
     /// [`MotorError::Stored`] if it is no search.
-    pub fn search(&self) -> Result<Option<Pi2State>, MotorError> {
+    pub fn search(&self) -> Result<Option<SearchState>, MotorError> {
         let file = self.search_file();
         let text = match std::fs::read_to_string(&file) {
             Ok(text) => text,

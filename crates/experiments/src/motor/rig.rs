@@ -2,10 +2,9 @@
 
 use factotum_descriptions::{MotorSpec, TaskSpec};
 use factotum_geometry::Pose;
-use factotum_learning::dmp::{PositionDmp, PositionMotion};
 use factotum_motion::{Obstacle, ObstacleShape, PlanningScene};
 use factotum_skills::bootstrap::{KinematicError, ObjectKinematics, PlannedDemo, initial_demo};
-use factotum_skills::cip::rig::Rig as _;
+use factotum_skills::cip::rig::{Reading, Rig as _};
 use factotum_worlds::TaskRig;
 use nalgebra::DVector;
 use rand_chacha::ChaCha8Rng;
@@ -19,12 +18,6 @@ const GOAL_WEIGHT: f64 = 60.0;
 /// The diagonal of R in Eq. 4.1, s²/rad².
 const ACTION_WEIGHT: f64 = 0.001;
 
-/// Of what the arm lags behind the primitive, 1/s.
-const CATCH_UP_PER_SEC: f64 = 5.0;
-
-/// A primitive may take from a tenth of a rollout's time to all of it.
-const DURATION_SHARES: [f64; 2] = [0.1, 1.0];
-
 /// What came of a rollout.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MotorRollout {
@@ -34,6 +27,15 @@ pub struct MotorRollout {
     pub object_state: f64,
     /// Whether that is beyond the task's share of the way.
     pub success: bool,
+}
+
+/// What moves the arm in a rollout.
+pub(super) trait Controller {
+    /// Joint velocities for the next step, rad/s.
+    fn act(&mut self, seen: &Reading, action: &mut [f64]) -> Result<(), MotorError>;
+
+    /// What the last action earned.
+    fn earn(&mut self, _reward: f64) {}
 }
 
 /// A rig on which a motor skill is tried.
@@ -64,7 +66,8 @@ impl MotorRig {
         &self.rig
     }
 
-    fn step_secs(&self) -> f64 {
+    /// Length of a step, seconds.
+    pub(super) fn step_secs(&self) -> f64 {
         1.0 / self.rig.task().episode.control_hz
     }
 
@@ -116,40 +119,30 @@ impl MotorRig {
         )?)
     }
 
-    /// Runs a primitive from the start of the task to the end of its time; `watch` sees the rig after every step.
+    /// Lets a controller move the arm from the start of the task to the end of its time; `watch` sees the rig after every
+    /// step.
     ///
     /// # Errors
     /// [`MotorError`] when the physics breaks down.
-    pub fn roll_out(
+    pub(super) fn roll_out(
         &mut self,
-        dmp: &PositionDmp,
-        motion: &PositionMotion,
+        controller: &mut dyn Controller,
         watch: &mut dyn FnMut(&TaskRig),
     ) -> Result<MotorRollout, MotorError> {
         self.rig.place_for_motor_skill()?;
         watch(&self.rig);
-        let step_secs = self.step_secs();
-        let n_steps = self.n_steps();
-        let [shortest, longest] = DURATION_SHARES.map(|share| share * self.motor.duration_secs);
-        let mut run = dmp.run(&PositionMotion {
-            duration_s: motion.duration_s.clamp(shortest, longest),
-            ..motion.clone()
-        })?;
         let goal = self.rig.task().goal;
         let mut total_reward = 0.0;
-        let mut action = vec![0.0; motion.start.len()];
-        for _ in 0..n_steps {
-            let wished = run.advance(step_secs)?;
-            let here = &self.rig.reading().arm_positions;
-            for (i, action) in action.iter_mut().enumerate() {
-                let lag = wished.position[i] - here[i];
-                *action = wished.velocity[i] + CATCH_UP_PER_SEC * lag;
-            }
+        let mut action = vec![0.0; self.n_joints()];
+        for _ in 0..self.n_steps() {
+            controller.act(self.rig.reading(), &mut action)?;
             self.rig.drive(&action)?;
             watch(&self.rig);
             let off = goal - self.rig.reading().object_joint;
             let effort: f64 = action.iter().map(|action| action * action).sum();
-            total_reward -= GOAL_WEIGHT * off * off + ACTION_WEIGHT * effort;
+            let reward = -(GOAL_WEIGHT * off * off + ACTION_WEIGHT * effort);
+            controller.earn(reward);
+            total_reward += reward;
         }
         let object_state = self.rig.reading().object_joint;
         Ok(MotorRollout {
@@ -164,6 +157,16 @@ impl MotorRig {
         let task = self.rig.task();
         let off = task.goal - task.start;
         -GOAL_WEIGHT * off * off * self.n_steps() as f64
+    }
+
+    /// Joints of the arm.
+    pub(super) fn n_joints(&self) -> usize {
+        self.rig.reading().arm_positions.len()
+    }
+
+    /// Length of a rollout, seconds.
+    pub(super) fn duration_secs(&self) -> f64 {
+        self.motor.duration_secs
     }
 
     fn n_steps(&self) -> usize {

@@ -1,40 +1,17 @@
-//! Policy search over movement primitives: PI²-CMA over the weights of each joint, the goal and the speed.
+//! Policy search, whatever the policy: from a first policy on, epoch by epoch.
 
-use factotum_learning::dmp::{DmpParams, PositionDmp, PositionMotion};
-use factotum_learning::pi2::{Pi2Cma, Pi2Params, Pi2State};
+use factotum_descriptions::MotorPolicy;
+use factotum_learning::pi2::Pi2State;
+use factotum_learning::policy_gradient::NaturalGradient;
 use factotum_skills::bootstrap::{KinematicError, PlannedDemo};
+use factotum_worlds::TaskRig;
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution as _, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-use super::{MotorError, MotorRig, MotorRollout};
-
-/// Basis functions of each joint (thesis 4.3.1).
-const N_KERNELS: usize = 32;
-
-/// Standard deviations at the start of a search, the same whatever it begins from.
-struct Exploration {
-    /// Of each weight.
-    weight: f64,
-    /// Of the goal of each joint.
-    goal_rad: f64,
-    /// Of the logarithm of the speed.
-    log_speed: f64,
-}
-
-const EXPLORATION: Exploration = Exploration {
-    weight: 30.0,
-    goal_rad: 0.05,
-    log_speed: 0.1,
-};
-
-/// Standard deviations of a random policy: its motions are about as large as those of a plan.
-const RANDOM: Exploration = Exploration {
-    weight: 200.0,
-    goal_rad: 0.5,
-    log_speed: 0.1,
-};
+use super::network::NetworkSearch;
+use super::primitive::PrimitiveSearch;
+use super::{MotorError, MotorRecord, MotorRig, MotorRollout};
 
 /// Where the first policy is from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -56,117 +33,103 @@ impl Init {
     }
 }
 
-/// A policy under search.
-#[derive(Debug, Clone)]
-pub struct MotorSearch {
-    dmp: PositionDmp,
-    motion: PositionMotion,
-    search: Pi2Cma,
+/// How a policy is improved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SearchName {
+    /// PI²-CMA, for primitives.
+    Pi2cma,
+    /// The natural policy gradient, for networks.
+    Npg,
+    /// The same with the demonstrations at its side, for networks.
+    Dapg,
 }
 
-impl MotorSearch {
-    /// Begins from a demonstration, or from random weights about standing still.
-    ///
-    /// # Errors
-    /// [`MotorError`] for a demonstration that is too short.
-    pub fn new(
-        rig: &mut MotorRig,
-        init: Init,
-        error: &KinematicError,
-        seed: u64,
-    ) -> Result<(Self, Option<PlannedDemo>), MotorError> {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let params = DmpParams {
-            n_kernels: N_KERNELS,
-            ..DmpParams::default()
-        };
-        let (dmp, demo) = match init {
-            Init::Plan => {
-                let demo = rig.plan(error, &mut rng)?;
-                let dmp = PositionDmp::learn(&demo.positions, demo.step_secs, &params)?;
-                (dmp, Some(demo))
-            }
-            Init::Random => {
-                let (still, step_secs) = rig.stillness(2 * N_KERNELS);
-                (PositionDmp::learn(&still, step_secs, &params)?, None)
-            }
-        };
-        let motion = dmp.demonstrated();
-        let mut mean = dmp.parameters(&motion);
-        let n_dims = motion.start.len();
-        let n_weights = n_dims * N_KERNELS;
-        let std = |exploration: &Exploration| {
-            let mut std = vec![exploration.weight; n_weights];
-            std.extend(vec![exploration.goal_rad; n_dims]);
-            std.push(exploration.log_speed);
-            std
-        };
-        if init == Init::Random {
-            for (mean, std) in mean.iter_mut().zip(std(&RANDOM)) {
-                let normal: f64 = StandardNormal.sample(&mut rng);
-                *mean += std * normal;
-            }
+impl SearchName {
+    /// What the dissertation takes for a policy and its beginning.
+    pub fn usual(policy: MotorPolicy, init: Init) -> Self {
+        match (policy, init) {
+            (MotorPolicy::Dmp, _) => Self::Pi2cma,
+            (MotorPolicy::Mlp, Init::Plan) => Self::Dapg,
+            (MotorPolicy::Mlp, Init::Random) => Self::Npg,
         }
-        let blocks = dmp.parameter_blocks();
-        let search = Pi2Cma::new(mean, std(&EXPLORATION), &blocks, Pi2Params::default(), seed)?;
-        Ok((
-            Self {
-                dmp,
-                motion,
-                search,
-            },
-            demo,
-        ))
     }
 
-    /// The policy found so far.
-    ///
-    /// # Errors
-    /// [`MotorError::Dmp`] if the search went where no primitive is.
-    pub fn policy(&self) -> Result<(PositionDmp, PositionMotion), MotorError> {
-        Ok(self.dmp.with_parameters(&self.motion, self.search.mean())?)
+    /// Name in commands and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pi2cma => "pi2cma",
+            Self::Npg => "npg",
+            Self::Dapg => "dapg",
+        }
     }
+}
+
+/// A policy under search.
+pub(super) trait MotorSearch {
+    /// Rolls out the policy found so far, without exploring; `watch` sees the rig after every step.
+    fn roll_out(
+        &mut self,
+        rig: &mut MotorRig,
+        watch: &mut dyn FnMut(&TaskRig),
+    ) -> Result<MotorRollout, MotorError>;
 
     /// Tries `n` neighbours of the policy and learns from them.
-    ///
-    /// # Errors
-    /// [`MotorError`] when the physics breaks down.
-    pub fn epoch(&mut self, rig: &mut MotorRig, n: usize) -> Result<Vec<MotorRollout>, MotorError> {
-        let samples = self.search.ask(n);
-        let mut rollouts = Vec::with_capacity(n);
-        for sample in &samples {
-            let (dmp, motion) = self.dmp.with_parameters(&self.motion, sample)?;
-            rollouts.push(rig.roll_out(&dmp, &motion, &mut |_| {})?);
-        }
-        let costs: Vec<f64> = rollouts
-            .iter()
-            .map(|rollout| -rollout.total_reward)
-            .collect();
-        self.search.tell(&samples, &costs)?;
-        Ok(rollouts)
-    }
+    fn epoch(&mut self, rig: &mut MotorRig, n: usize) -> Result<Vec<MotorRollout>, MotorError>;
 
     /// What must be stored to go on.
-    pub fn state(&self) -> Pi2State {
-        self.search.clone().into()
-    }
+    fn state(&self) -> SearchState;
 
-    /// Goes on from what was stored.
-    ///
-    /// # Errors
-    /// A reason, if that is of another policy.
-    pub fn restore(&mut self, state: Pi2State) -> Result<(), String> {
-        let search = Pi2Cma::try_from(state).map_err(|error| error.to_string())?;
-        let (found, wanted) = (search.mean().len(), self.search.mean().len());
-        if found != wanted {
-            return Err(format!("{found} parameters, expected {wanted}"));
-        }
-        self.search = search;
-        Ok(())
-    }
+    /// Goes on from what was stored, or says why that is of another policy.
+    fn restore(&mut self, state: SearchState) -> Result<(), String>;
 
     /// Updates made.
-    pub fn n_updates(&self) -> u64 {
-        self.search.n_updates()
-    }
+    fn n_updates(&self) -> u64;
+}
+
+/// A search as it is stored.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SearchState {
+    /// Of a primitive.
+    Primitive(Pi2State),
+    /// Of a network.
+    Network(Box<NaturalGradient>),
+}
+
+/// Begins what a record says, with the plan that it begins from, if it does.
+pub(super) fn begin(
+    rig: &mut MotorRig,
+    record: &MotorRecord,
+) -> Result<(Box<dyn MotorSearch>, Option<PlannedDemo>), MotorError> {
+    let mut rng = ChaCha8Rng::seed_from_u64(record.seed);
+    let error = KinematicError {
+        position_m: record.model_error_m,
+        axis_rad: record.model_error_rad,
+        range: 0.0,
+    };
+    let plan = match record.init {
+        Init::Plan => Some(rig.plan(&error, &mut rng)?),
+        Init::Random => None,
+    };
+    let demo = plan.as_ref().map(|plan| &plan.motion);
+    let search: Box<dyn MotorSearch> = match (record.policy, record.search) {
+        (MotorPolicy::Dmp, SearchName::Pi2cma) => {
+            Box::new(PrimitiveSearch::new(rig, demo, record.seed, &mut rng)?)
+        }
+        (MotorPolicy::Mlp, SearchName::Npg | SearchName::Dapg) => Box::new(NetworkSearch::new(
+            rig,
+            demo,
+            record.search,
+            record.seed,
+            &mut rng,
+        )?),
+        (policy, search) => {
+            return Err(MotorError::Misfit {
+                policy: policy.name(),
+                search: search.name(),
+            });
+        }
+    };
+    Ok((search, plan))
 }

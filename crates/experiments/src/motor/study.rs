@@ -123,8 +123,8 @@ pub struct Study {
     pub tasks: Vec<String>,
     /// Seeds, the same for both beginnings.
     pub seeds: Vec<u64>,
-    /// Epochs of a trial.
-    pub epochs: u64,
+    /// Epochs of a trial; what its policy takes if absent.
+    pub epochs: Option<u64>,
     /// More arguments of `skill train`, such as the error of the model.
     pub arguments: Vec<String>,
     /// Trials at a time, at least one.
@@ -144,7 +144,7 @@ impl Study {
         stop: &StopWish,
         mut on_result: impl FnMut(&TrialResult, Progress),
     ) -> Result<Vec<TrialResult>, StudyError> {
-        let mut command = vec!["--epochs".to_owned(), self.epochs.to_string()];
+        let mut command = self.epochs_argument();
         command.extend(self.arguments.iter().cloned());
         let sweep = Sweep {
             folder: self.folder.clone(),
@@ -177,11 +177,16 @@ impl Study {
         trials
     }
 
+    fn epochs_argument(&self) -> Vec<String> {
+        let given = self.epochs.map(|n| ["--epochs".to_owned(), n.to_string()]);
+        given.into_iter().flatten().collect()
+    }
+
     fn carry_out(&self, trial: &Trial, stop: &StopWish) -> Result<Option<TrialResult>, StudyError> {
         let name = format!("{}-{}-{}", trial.task, trial.init.name(), trial.seed);
         let folder = MotorFolder::at(&self.folder.join("trials").join(name));
         let dir = folder.dir().display().to_string();
-        let (seed, epochs) = (trial.seed.to_string(), self.epochs.to_string());
+        let seed = trial.seed.to_string();
         let mut arguments: Vec<String> = ["skill", "train"].map(str::to_owned).into();
         if folder.has_record() {
             arguments.extend(["--resume", &dir].map(str::to_owned));
@@ -191,7 +196,8 @@ impl Study {
             arguments.extend(what.map(str::to_owned));
             arguments.extend(self.arguments.iter().cloned());
         }
-        arguments.extend(["--epochs", &epochs, "--json"].map(str::to_owned));
+        arguments.extend(self.epochs_argument());
+        arguments.push("--json".to_owned());
         let launcher = Launcher {
             program: &self.program,
             folder: &self.folder,

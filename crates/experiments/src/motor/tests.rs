@@ -1,7 +1,9 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use factotum_descriptions::TaskSpec;
+use factotum_descriptions::{MotorPolicy, TaskSpec};
+
+use factotum_worlds::TaskRig;
 
 use super::*;
 
@@ -13,7 +15,7 @@ fn task(name: &str) -> TaskSpec {
 fn record(init: Init) -> MotorRecord {
     MotorRecord {
         rollouts: 2,
-        ..MotorRecord::new("drawer-heavy".into(), init, 5)
+        ..MotorRecord::new("drawer-heavy".into(), init, MotorPolicy::Dmp, 5)
     }
 }
 
@@ -83,23 +85,21 @@ fn a_plan_moves_the_drawer_but_not_all_the_way_and_a_stopped_search_goes_on_to_t
 #[test]
 fn random_weights_move_the_arm_and_a_contact_task_is_refused() {
     let mut rig = MotorRig::new(&task("drawer-heavy")).unwrap();
-    let error = factotum_skills::bootstrap::KinematicError::default();
-    let (search, demo) = MotorSearch::new(&mut rig, Init::Random, &error, 1).unwrap();
+    let (mut search, demo) = search::begin(&mut rig, &record(Init::Random)).unwrap();
     assert!(demo.is_none());
-    let (dmp, motion) = search.policy().unwrap();
     let mut moved: f64 = 0.0;
     let start = task("drawer-heavy").motor.unwrap().q_start;
     assert!(start.is_empty(), "it begins in the ready posture");
     let mut first = None;
-    rig.roll_out(&dmp, &motion, &mut |rig| {
+    let mut watch = |rig: &TaskRig| {
         use factotum_skills::cip::rig::Rig as _;
         let q = rig.reading().arm_positions.clone();
         let first: &Vec<f64> = first.get_or_insert_with(|| q.clone());
         for (a, b) in first.iter().zip(&q) {
             moved = moved.max((a - b).abs());
         }
-    })
-    .unwrap();
+    };
+    search.roll_out(&mut rig, &mut watch).unwrap();
     assert!(moved > 0.2, "{moved} rad");
     let refused = MotorRig::new(&task("door")).unwrap_err();
     assert!(
@@ -113,12 +113,14 @@ fn a_search_of_another_policy_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     let folder = MotorFolder::at(dir.path());
     learn(dir.path(), Init::Random, 0, false);
-    let mut state = folder.search().unwrap().unwrap();
+    let Some(SearchState::Primitive(mut state)) = folder.search().unwrap() else {
+        panic!("a primitive is searched by PI²-CMA");
+    };
     state.mean.truncate(8);
     state.first_std.truncate(8);
     state.block_sizes = vec![8];
     state.covariances = vec![vec![1.0; 36]];
-    folder.write_search(&state).unwrap();
+    folder.write_search(&SearchState::Primitive(state)).unwrap();
     let (task, record) = (task("drawer-heavy"), record(Init::Random));
     let training = MotorTraining {
         folder: &folder,
@@ -132,4 +134,65 @@ fn a_search_of_another_policy_is_refused() {
         refused.is_of_input() && refused.to_string().contains("search.json"),
         "{refused}"
     );
+}
+
+#[test]
+fn a_network_is_cloned_from_the_plan_and_goes_on_to_the_bit() {
+    let dir = tempfile::tempdir().unwrap();
+    let task = task("microwave");
+    let record = MotorRecord {
+        rollouts: 2,
+        ..MotorRecord::new("microwave".into(), Init::Plan, MotorPolicy::Mlp, 2)
+    };
+    assert_eq!(record.search, SearchName::Dapg);
+    let learn = |name: &str, n_epochs, resume| {
+        let training = MotorTraining {
+            folder: &MotorFolder::at(&dir.path().join(name)),
+            task: &task,
+            record: &record,
+            n_epochs,
+            resume,
+        };
+        let never = AtomicBool::new(false);
+        training.run(&never, &mut |_| {}, &mut |_| {}).unwrap()
+    };
+    let summary = learn("whole", 2, false);
+    // It begins by pushing the door some of its way.
+    assert!(
+        (0.07..1.2).contains(&summary.first.object_state),
+        "{:?}",
+        summary.first
+    );
+    assert_eq!(summary.last.rollouts, 4);
+    learn("parts", 1, false);
+    assert_eq!(learn("parts", 2, true), summary);
+    let search = |name| MotorFolder::at(&dir.path().join(name)).search().unwrap();
+    assert_eq!(search("whole"), search("parts"));
+}
+
+#[test]
+fn what_does_not_go_together_is_refused() {
+    let mut rig = MotorRig::new(&task("drawer-heavy")).unwrap();
+    for (policy, init, search, wanted) in [
+        (MotorPolicy::Dmp, Init::Random, SearchName::Npg, "`dmp`"),
+        (MotorPolicy::Mlp, Init::Random, SearchName::Pi2cma, "`mlp`"),
+        (
+            MotorPolicy::Mlp,
+            Init::Random,
+            SearchName::Dapg,
+            "demonstrations",
+        ),
+    ] {
+        let record = MotorRecord {
+            search,
+            ..MotorRecord::new("drawer-heavy".into(), init, policy, 5)
+        };
+        let Err(refused) = search::begin(&mut rig, &record) else {
+            panic!("{policy:?} went with {search:?}");
+        };
+        assert!(
+            refused.is_of_input() && refused.to_string().contains(wanted),
+            "{refused}"
+        );
+    }
 }

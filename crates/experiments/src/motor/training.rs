@@ -3,11 +3,12 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use factotum_descriptions::TaskSpec;
-use factotum_skills::bootstrap::{KinematicError, PlannedDemo};
+use factotum_skills::bootstrap::PlannedDemo;
 use factotum_worlds::TaskRig;
 use serde::{Deserialize, Serialize};
 
-use super::{MotorError, MotorFolder, MotorRecord, MotorRig, MotorRollout, MotorSearch};
+use super::search::{MotorSearch, begin};
+use super::{MotorError, MotorFolder, MotorRecord, MotorRig, MotorRollout};
 
 /// An epoch, as in `metrics.jsonl`; 0 is the policy that it began with.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -73,7 +74,7 @@ impl MotorTraining<'_> {
             folder.begin(self.record)?;
         }
         let mut rig = MotorRig::new(self.task)?;
-        let (mut search, demo) = self.search(&mut rig)?;
+        let (mut search, demo) = begin(&mut rig, self.record)?;
         if let Some(demo) = &demo {
             planned(demo);
         }
@@ -88,7 +89,7 @@ impl MotorTraining<'_> {
             None => 0,
         };
         let kept = folder.keep_epochs(n_done)?;
-        let mut keep = |search: &MotorSearch, epoch: EpochRecord| {
+        let mut keep = |search: &dyn MotorSearch, epoch: EpochRecord| {
             folder.append(&epoch)?;
             folder.write_search(&search.state())?;
             tell(&epoch);
@@ -97,7 +98,7 @@ impl MotorTraining<'_> {
         let mut first = kept.first().copied();
         let mut last = kept.last().copied();
         if first.is_none() {
-            let rollout = roll_out(&mut rig, &search)?;
+            let rollout = search.roll_out(&mut rig, &mut |_| {})?;
             let epoch = EpochRecord {
                 epoch: search.n_updates(),
                 rollouts: 0,
@@ -107,12 +108,12 @@ impl MotorTraining<'_> {
                 success: rollout.success,
                 explored_return: rollout.total_reward,
             };
-            keep(&search, epoch)?;
+            keep(search.as_ref(), epoch)?;
             (first, last) = (Some(epoch), Some(epoch));
         }
         while search.n_updates() < self.n_epochs && !stop.load(Ordering::Relaxed) {
             let explored = search.epoch(&mut rig, self.record.rollouts as usize)?;
-            let rollout = roll_out(&mut rig, &search)?;
+            let rollout = search.roll_out(&mut rig, &mut |_| {})?;
             let n = explored.len().max(1) as f64;
             let epoch = EpochRecord {
                 epoch: search.n_updates(),
@@ -123,7 +124,7 @@ impl MotorTraining<'_> {
                 success: rollout.success,
                 explored_return: explored.iter().map(|one| one.total_reward).sum::<f64>() / n,
             };
-            keep(&search, epoch)?;
+            keep(search.as_ref(), epoch)?;
             last = Some(epoch);
         }
         let missing = || folder.not_this("no epoch".to_owned());
@@ -135,34 +136,18 @@ impl MotorTraining<'_> {
         })
     }
 
-    /// The search at its beginning.
-    fn search(&self, rig: &mut MotorRig) -> Result<(MotorSearch, Option<PlannedDemo>), MotorError> {
-        let error = KinematicError {
-            position_m: self.record.model_error_m,
-            axis_rad: self.record.model_error_rad,
-            range: 0.0,
-        };
-        MotorSearch::new(rig, self.record.init, &error, self.record.seed)
-    }
-
     /// Rolls out the folder's policy; `watch` sees the rig after every step.
     ///
     /// # Errors
     /// [`MotorError`] without a policy, or when the physics breaks down.
     pub fn judge(&self, watch: &mut dyn FnMut(&TaskRig)) -> Result<MotorRollout, MotorError> {
         let mut rig = MotorRig::new(self.task)?;
-        let (mut search, _) = self.search(&mut rig)?;
+        let (mut search, _) = begin(&mut rig, self.record)?;
         let state = self.folder.search()?;
         let state = state.ok_or_else(|| self.folder.not_this("there is none yet".to_owned()))?;
         search
             .restore(state)
             .map_err(|reason| self.folder.not_this(reason))?;
-        let (dmp, motion) = search.policy()?;
-        rig.roll_out(&dmp, &motion, watch)
+        search.roll_out(&mut rig, watch)
     }
-}
-
-fn roll_out(rig: &mut MotorRig, search: &MotorSearch) -> Result<MotorRollout, MotorError> {
-    let (dmp, motion) = search.policy()?;
-    rig.roll_out(&dmp, &motion, &mut |_| {})
 }
