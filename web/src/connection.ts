@@ -45,8 +45,8 @@ export class StudioConnection {
       return false;
     }
     this.socket.send(JSON.stringify(command));
-    // A velocity shows in how the robot moves, not in its status.
-    if (command.type !== "drive") {
+    // A velocity shows in how the robot moves, and an edit is answered; neither shows in the status.
+    if (command.type !== "drive" && command.type !== "edit") {
       this.store.sent(command.type);
     }
     return true;

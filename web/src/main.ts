@@ -9,22 +9,34 @@ import { learnPanel } from "./panels/learn_panel";
 import { legendPanel } from "./panels/legend_panel";
 import { planPanel } from "./panels/plan_panel";
 import { statusBar } from "./panels/status_bar";
+import type { Desk } from "./panels/teach/step";
 import { Store } from "./store";
+import { Edits } from "./teach/edits";
 import { TEXT } from "./text";
+import type { View } from "./view/view";
 
 async function main(): Promise<void> {
   const store = new Store();
   const connection = new StudioConnection(store, socketUrl(window.location));
+  let view: View | null = null;
+  const desk: Desk = {
+    store,
+    edits: new Edits(store, (message) => connection.send(message)),
+    lookedAt: () => view?.lookedAt() ?? [0, 0],
+  };
   const stage = required("stage");
   statusBar(store, required("bar"));
   stage.append(controls(store, connection), drivePadPanel(store, connection));
   stage.after(legendPanel(store));
-  required("panels").append(planPanel(store), learnPanel(store), eventsPanel(store));
+  const panels = required("panels");
+  panels.append(planPanel(store), learnPanel(store), eventsPanel(store));
   connection.open();
 
-  // The panels work before the renderer has arrived, and without it.
+  // The panels work before the renderer has arrived, and without it. Who teaches needs its arithmetic of poses.
+  const { teachPanel, savePlace } = await import("./panels/teach_panel");
+  panels.prepend(teachPanel(desk));
   const { createView } = await import("./view/view");
-  const view = createView(store, stage, () => undefined);
+  view = createView(store, stage, () => void savePlace(desk));
   if (view === null) {
     stage.prepend(element("p", { class: "no-webgl", role: "alert" }, TEXT.noWebGl));
   }

@@ -97,7 +97,7 @@ export const TEACH = {
     "Drag its model over the real thing: arrows move it, rings turn it. Or write where it stands. " +
     "Next you show how to hold it.",
   onFloor: "Put it on the floor",
-  resize: "Size",
+  resize: "Size, cm",
   move: "Move",
   turn: "Turn",
   snap: "Snap to floor and grid",

@@ -73,13 +73,13 @@ impl Form {
     ///
     /// # Errors
     /// [`FormError`] if a size is none.
-    pub fn to_mjcf(&self, class: &str) -> Result<String, FormError> {
+    pub fn to_mjcf(self, class: &str) -> Result<String, FormError> {
         let is_size = |size_m: f64| (SIZE_MIN_M..=SIZE_MAX_M).contains(&size_m);
         if let Some((size, found_m)) = self.sizes().into_iter().find(|(_, m)| !is_size(*m)) {
             return Err(FormError { size, found_m });
         }
         let middle_m = self.height_m() / 2.0;
-        let geom = match *self {
+        let geom = match self {
             Self::Box { size_m } => {
                 let [x, y, z] = size_m.map(|edge| edge / 2.0);
                 format!(r#"type="box" size="{x} {y} {z}""#)

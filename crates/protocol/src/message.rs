@@ -67,5 +67,5 @@ pub enum ClientMessage {
     /// The person has driven enough: the job ends, and keeps what it has.
     DriveDone,
     /// Change the home. Answered by an [`EditAnswer`].
-    Edit(EditRequest),
+    Edit(Box<EditRequest>),
 }

@@ -214,8 +214,8 @@ fn take(text: &str, shared: &Shared, answers: &mpsc::Sender<ServerMessage>) -> R
         ClientMessage::Edit(request) => {
             tracing::info!(?request, "edit from a page");
             match &shared.edits {
-                Some(edits) => edits.push(request, answers.clone()),
-                None => AskedEdit::new(request, answers.clone()).answer(EditOutcome::Refused {
+                Some(edits) => edits.push(*request, answers.clone()),
+                None => AskedEdit::new(*request, answers.clone()).answer(EditOutcome::Refused {
                     reason:
                         "this page shows a robot at work; `factotum studio` shows a home to teach"
                             .to_owned(),

@@ -52,15 +52,20 @@ export function controls(store: Store, connection: StudioConnection): HTMLElemen
   ];
 
   listen([pause, stop, ...toggles], dialog);
+  const jobTools = element(
+    "div",
+    { class: "group", role: "group", "aria-label": TEXT.jobTools },
+    pause.node,
+    stop.node,
+  );
+  store.watch(["teaching"], () => {
+    // Where a home is taught, no robot is at work.
+    jobTools.hidden = store.get("teaching") !== null;
+  });
   return element(
     "div",
     { class: "controls" },
-    element(
-      "div",
-      { class: "group", role: "group", "aria-label": TEXT.jobTools },
-      pause.node,
-      stop.node,
-    ),
+    jobTools,
     element(
       "div",
       { class: "group view-tools", role: "group", "aria-label": TEXT.viewTools },

@@ -46,6 +46,10 @@ export function eventsPanel(store: Store): HTMLElement {
       scroll.scrollTop = scroll.scrollHeight;
     }
   });
+  store.watch(["events", "teaching"], () => {
+    // Who teaches needs the room.
+    panel.hidden = store.get("teaching") !== null && store.get("events").length === 0;
+  });
   return panel;
 }
 

@@ -38,6 +38,10 @@ export function planPanel(store: Store): HTMLElement {
     progress.textContent = parts.join(" · ");
     list.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
   });
+  store.watch(["plan", "teaching"], () => {
+    // Where a home is taught, no robot is at work.
+    panel.hidden = store.get("teaching") !== null && store.get("plan") === null;
+  });
   store.watch(["done"], () => {
     const done = store.get("done");
     outcome.hidden = done === null;

@@ -32,7 +32,8 @@ export function poseFields(changed: (pose: Pose) => void): Field<Pose> {
   };
 }
 
-function replaced(three: readonly [number, number, number], index: number, value: number): [number, number, number] {
+/** Three numbers with one of them replaced. */
+export function replaced(three: readonly [number, number, number], index: number, value: number): [number, number, number] {
   const [x, y, z] = three;
   return [index === 0 ? value : x, index === 1 ? value : y, index === 2 ? value : z];
 }

@@ -4,7 +4,7 @@ import { type Object3D, type PerspectiveCamera, Vector3 } from "three";
 
 import { element } from "../dom";
 import { inkOn, regionColour } from "../palette";
-import type { Aosm } from "../protocol";
+import type { Aosm, Teaching } from "../protocol";
 import { words } from "../text";
 import { centreOf } from "./regions_layer";
 
@@ -30,11 +30,18 @@ export class Labels {
   private labels: Label[] = [];
   private readonly point = new Vector3();
 
-  show(aosm: Aosm | null): void {
+  /** Shows names, with a swatch for what has a colour of its own. */
+  show(aosm: Aosm | null, teaching: Teaching | null): void {
     this.root.replaceChildren();
     this.labels = [];
     for (const object of aosm?.objects ?? []) {
       const node = element("div", { class: "label object" }, element("b", {}, words(object.name)));
+      const taught = teaching?.objects.find((other) => other.name === object.name);
+      if (taught !== undefined) {
+        const swatch = element("i", { class: "swatch" });
+        swatch.style.backgroundColor = regionColour(taught.colour_index);
+        node.prepend(swatch, " ");
+      }
       if (object.state !== "") {
         node.append(" ", element("span", {}, object.state));
       }

@@ -5,8 +5,8 @@ import { type Camera, Color, Group, MeshLambertMaterial, type Object3D } from "t
 import { TransformControls } from "three/addons/controls/TransformControls.js";
 
 import { composed, place, poseOf } from "../frames";
-import { regionColour } from "../palette";
-import type { Action, Grasp, Pose } from "../protocol";
+import { REGION_COLOURS, regionColour } from "../palette";
+import type { Action, Grasp, Pose, Teaching } from "../protocol";
 import type { Store } from "../store";
 import { type Draft, type Lesson, subjectOf, type Subject } from "../teach/lesson";
 import { GRID, settled } from "../teach/settle";
@@ -55,6 +55,8 @@ export class TeachLayer {
     this.controls = new TransformControls(camera, canvas);
     this.controls.setSpace("local");
     this.controls.setSize(0.85);
+    // Axes that people with any colour vision can tell apart.
+    this.controls.setColors(REGION_COLOURS[5] ?? 0, REGION_COLOURS[2] ?? 0, REGION_COLOURS[0] ?? 0, 0xffffff);
     this.gizmo = this.controls.getHelper();
     this.root.add(this.held, this.grippers);
     this.controls.addEventListener("change", () => host.request());
@@ -117,9 +119,8 @@ export class TeachLayer {
     return lesson.step === "place" ? IDENTITY : subject.object.pose;
   }
 
-  /** Where the first object of a class stands. */
   private targetOf(name: string): Pose | null {
-    return this.store.get("teaching")?.objects.find((object) => object.class === name)?.pose ?? null;
+    return targetOf(name, this.store.get("teaching"));
   }
 
   private show(): void {
@@ -155,9 +156,10 @@ export class TeachLayer {
     const colour = new Color(regionColour(subject.object.colour_index));
     this.solid.color.copy(colour);
     this.ghost.color.copy(colour);
-    this.model = new ClassModel(subject.of, this.solid);
-    this.root.add(this.model.root);
     const { step } = this.store.get("lesson");
+    // A hand is seen through what it holds.
+    this.model = new ClassModel(subject.of, step === "grasp" || step === "grasps" ? this.ghost : this.solid);
+    this.root.add(this.model.root);
     const { grasp, action } = this.store.get("draft");
     if (step === "action" && action !== null) {
       // A joint begins and ends somewhere; what is put somewhere ends there.
@@ -218,7 +220,7 @@ export class TeachLayer {
       (lesson.step === "grasps" || lesson.step === "grasp") && !("name" in lesson && grasp.name === lesson.name);
     this.grippers.clear();
     for (const grasp of subject.of.grasps.filter(shown)) {
-      const drawn = gripper(grasp.aperture_m, this.ghost);
+      const drawn = gripper(grasp.aperture_m, lesson.step === "grasps" ? this.solid : this.ghost);
       place(drawn, composed(worldFromObject, grasp.object_from_tool));
       this.grippers.add(drawn);
     }
@@ -226,6 +228,11 @@ export class TeachLayer {
       place(this.held, composed(worldFromObject, draft.grasp.object_from_tool));
     }
   }
+}
+
+/** Where the first object of a class stands: the one that a release is shown at. */
+export function targetOf(name: string, teaching: Teaching | null): Pose | null {
+  return teaching?.objects.find((object) => object.class === name)?.pose ?? null;
 }
 
 const IDENTITY: Pose = { position: [0, 0, 0], orientation_xyzw: [0, 0, 0, 1] };

@@ -16,7 +16,7 @@ import { PathLayer } from "./path_layer";
 import { Quality } from "./quality";
 import { RegionsLayer } from "./regions_layer";
 import { Surroundings } from "./surroundings";
-import { TeachLayer } from "./teach_layer";
+import { targetOf, TeachLayer } from "./teach_layer";
 import { currentTheme, onThemeChange } from "./theme";
 
 /** Longer gaps are pauses, not slow frames. */
@@ -26,7 +26,7 @@ const SUMMARY_MILLIS = 5000;
 const UNDERGROUND_M = -2;
 
 /** How far the camera is from what is taught, metres, by what is taught of it. */
-const LOOK_DISTANCE_M = { place: 3.2, grasps: 0.9, grasp: 0.9, actions: 1.2, action: 1.6 } as const;
+const LOOK_DISTANCE_M = { place: 3.2, grasps: 0.9, grasp: 0.9, actions: 3.2, action: 2 } as const;
 
 /** Draws into the stage for as long as the page is open; null where there is no WebGL 2. */
 export function createView(store: Store, stage: HTMLElement, dropped: () => void): View | null {
@@ -108,25 +108,22 @@ export class View {
       // New bodies stand where their scene has them, until the state is applied to them too.
       this.live = null;
       this.world.updateMatrixWorld(true);
-      const box = new Box3();
-      for (const body of this.bodies.root.children.flatMap((source) => source.children)) {
-        // What is kept deep under the floor until it is needed is no part of the home.
-        if (body.position.z > UNDERGROUND_M) {
-          box.expandByObject(body);
-        }
-      }
-      this.surroundings.fit(box);
-      this.rig.fit(box);
+      this.fit();
       this.renderer.shadowMap.needsUpdate = true;
       this.request();
     });
     store.watch(["map"], () => {
       this.map.show(store.get("map"), currentTheme());
+      if (!store.get("scenes").has("home")) {
+        this.fit();
+      }
       this.request();
     });
     store.watch(["aosm"], () => {
       this.regions.show(store.get("aosm")?.regions ?? []);
-      this.labels.show(store.get("aosm"));
+    });
+    store.watch(["aosm", "teaching"], () => {
+      this.labels.show(store.get("aosm"), store.get("teaching"));
       this.request();
     });
     store.watch(["path"], () => {
@@ -134,16 +131,38 @@ export class View {
       this.request();
     });
     store.watch(["lesson"], () => this.look());
+    store.watch(["lesson", "wishes"], () => {
+      // Where the robot can stand is in the way of who looks closely at a thing.
+      const { step } = store.get("lesson");
+      this.regions.root.visible = store.get("wishes").regions && (step === "overview" || step === "actions");
+      this.visibleLabels.region = this.regions.root.visible;
+      this.request();
+    });
     store.watch(["live"], () => this.request());
     store.watch(["wishes"], () => {
       const wishes = store.get("wishes");
       this.map.root.visible = wishes.map;
-      this.regions.root.visible = wishes.regions;
       this.visibleLabels.object = wishes.labels;
-      this.visibleLabels.region = wishes.regions;
       this.rig.follow(wishes.follow);
       this.request();
     });
+  }
+
+  /** Spreads light and camera over all there is. */
+  private fit(): void {
+    const box = new Box3();
+    for (const body of this.bodies.root.children.flatMap((source) => source.children)) {
+      // What is kept deep under the floor until it is needed is no part of the home.
+      if (body.position.z > UNDERGROUND_M) {
+        box.expandByObject(body);
+      }
+    }
+    if (!this.store.get("scenes").has("home")) {
+      // A stored home has no walls but those of its map.
+      box.expandByObject(this.map.root);
+    }
+    this.surroundings.fit(box);
+    this.rig.fit(box);
   }
 
   /** Where on the floor, in the wire's world, a person looks. */
@@ -159,7 +178,9 @@ export class View {
     if (looked !== this.lookedFor) {
       this.lookedFor = looked;
       if (subject !== null && lesson.step !== "overview" && lesson.step !== "class") {
-        this.rig.lookAt(subject.object.pose.position, LOOK_DISTANCE_M[lesson.step]);
+        const motion = this.store.get("draft").action?.motion;
+        const target = motion?.kind === "put_into" ? targetOf(motion.class, this.store.get("teaching")) : null;
+        this.rig.lookAt((target ?? subject.object.pose).position, LOOK_DISTANCE_M[lesson.step]);
         this.request();
       }
     }
