@@ -16,8 +16,8 @@
 use factotum_descriptions::ObjectJoint;
 use factotum_geometry::Pose;
 use factotum_motion::{
-    IkOptions, MotionError, PlanLimits, PlanningScene, ToolLineOptions, plan_joints,
-    plan_tool_line, solve_ik_many, time_path,
+    IkOptions, MotionError, PlanLimits, PlanningScene, TimingOptions, ToolLineOptions, plan_joints,
+    plan_tool_line, solve_ik_many, time_path_with,
 };
 use nalgebra::{DVector, Translation3, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
@@ -37,6 +37,10 @@ const N_POSES: usize = 40;
 
 /// Postures are told apart by how far the arm can follow from them to within one part in this many.
 const FRACTION_STEPS: f64 = 20.0;
+
+/// Waypoints nearer than this to the line through their neighbours are left out, rad: the close ones that follow the
+/// object to the millimetre would each slow the arm down.
+const SIMPLIFY_RAD: f64 = 0.01;
 
 /// Less of the object's way than this is no demonstration.
 const FRACTION_MIN: f64 = 0.02;
@@ -199,7 +203,12 @@ pub fn initial_demo(
     path.extend(contact.approach.iter().skip(1).cloned());
     path.extend(contact.way.iter().skip(1).cloned());
     let robot = free.robot().clone();
-    let trajectory = time_path(&robot, &path, speed)?;
+    let timing = TimingOptions {
+        speed_scale: speed,
+        simplify_rad: SIMPLIFY_RAD,
+        ..TimingOptions::default()
+    };
+    let trajectory = time_path_with(&robot, &path, &timing)?;
     let n_steps = (trajectory.duration_secs() / step_secs).ceil().max(3.0);
     let step = trajectory.duration_secs() / n_steps;
     let positions: Vec<DVector<f64>> = (0..=n_steps as usize)
