@@ -12,6 +12,7 @@ import { statusBar } from "./panels/status_bar";
 import type { Desk } from "./panels/teach/step";
 import { Store } from "./store";
 import { Edits } from "./teach/edits";
+import { browserStorage, keepHand } from "./teach/hand";
 import { TEXT } from "./text";
 import type { View } from "./view/view";
 
@@ -24,6 +25,10 @@ async function main(): Promise<void> {
     edits: new Edits(store, (message) => connection.send(message)),
     lookedAt: () => view?.lookedAt() ?? [0, 0],
   };
+  const storage = browserStorage();
+  if (storage !== null) {
+    keepHand(store, storage);
+  }
   const stage = required("stage");
   statusBar(store, required("bar"));
   stage.append(controls(store, connection), drivePadPanel(store, connection));

@@ -15,6 +15,7 @@ mod runs;
 mod skill;
 mod small_home;
 mod symbols;
+mod taught;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

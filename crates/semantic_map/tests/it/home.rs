@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use factotum_descriptions::ObjectClass;
+use factotum_descriptions::{Form, Grasp, ObjectClass, Provenance};
 use factotum_geometry::cloud::PointCloud;
 use factotum_geometry::grid::{Cell, CellIndex, OccupancyGrid};
 use factotum_geometry::{Pose, Pose2};
 use factotum_semantic_map::{
-    Aosm, Edit, EntryKind, Execution, Home, Location, MapError, MapObject, ObjectSource,
+    Aosm, Edit, EntryKind, Execution, Home, Location, MapError, MapObject, ObjectSource, Thing,
     home_folder,
 };
 use factotum_task_planning::operator::GroundAction;
@@ -19,6 +19,102 @@ use super::{household, objects_dir};
 
 pub(crate) fn new_home(dir: &Path) -> Home {
     Home::create(dir, "test home", &household(), 0.0).unwrap()
+}
+
+fn class_name() -> impl Strategy<Value = String> {
+    prop_oneof![Just("faucet"), Just("flask")].prop_map(str::to_owned)
+}
+
+fn form() -> impl Strategy<Value = Form> {
+    (0.0..0.3_f64).prop_map(|height_m| Form::Cylinder {
+        diameter_m: 0.06,
+        height_m,
+    })
+}
+
+fn grasp(name: &str, height_m: f64) -> Grasp {
+    Grasp {
+        name: name.to_owned(),
+        xyz: [0.0, 0.0, height_m],
+        rpy: [0.0; 3],
+        aperture_m: 0.08,
+        link: None,
+        yaw_symmetric: false,
+        provenance: Provenance::Taught,
+    }
+}
+
+#[test]
+fn an_edit_of_what_has_changed_since_is_refused_across_processes() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut home = new_home(dir.path());
+    let bottle = Thing::Object("bottle_1".to_owned());
+    assert_eq!(home.revision(&bottle), Some(1));
+    assert_eq!(home.revision(&Thing::Object("cup_1".to_owned())), None);
+    let entry = home.edit_on(1, &move_bottle(7.0), "ada", 1.0).unwrap();
+    assert_eq!(home.revision(&bottle), entry);
+
+    drop(home);
+    let mut home = Home::open(dir.path(), 2.0).unwrap();
+    assert_eq!(home.revision(&bottle), entry);
+    let error = home.edit_on(1, &move_bottle(8.0), "ben", 3.0).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "object `bottle_1` was changed meanwhile: move bottle_1, by ada (entry 2 of the journal, the edit was made on 1); \
+         look at it again and repeat the edit"
+    );
+    assert_eq!(bottle_x(home.aosm()), 7.0);
+
+    // Whoever teaches its class does not disturb who moves an object of it, and the other way round.
+    let teach = Edit::PutGrasp {
+        class: "bottle".to_owned(),
+        grasp: grasp("top", 0.1),
+    };
+    let taught = home.edit_on(1, &teach, "ben", 3.0).unwrap();
+    assert_eq!(home.revision(&Thing::Class("bottle".to_owned())), taught);
+    home.edit_on(2, &move_bottle(8.0), "ben", 4.0).unwrap();
+
+    // An undo is a change, and so is a hand on the text file.
+    home.undo("ada", 5.0).unwrap();
+    assert!(home.edit_on(2, &move_bottle(9.0), "ben", 6.0).is_err());
+    let base = home.revision(&bottle).unwrap();
+    let file = dir.path().join("objects.toml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, text.replace("7.0,", "7.5,")).unwrap();
+    let by_hand = home.edit_on(base, &move_bottle(9.0), "ben", 7.0);
+    assert!(
+        matches!(by_hand, Err(MapError::ChangedMeanwhile { .. })),
+        "{by_hand:?}"
+    );
+    assert_eq!(bottle_x(home.aosm()), 7.5);
+}
+
+#[test]
+fn an_object_keeps_its_rank_whatever_others_come_and_go() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut home = new_home(dir.path());
+    let ranks = |home: &Home| -> Vec<_> {
+        let names = home.aosm().objects.keys();
+        names.map(|name| home.object_rank(name)).collect()
+    };
+    assert_eq!(ranks(&home), [Some(0), Some(1), Some(2), Some(3)]);
+    let name = "a_cup".to_owned();
+    let cup = MapObject {
+        name: name.clone(),
+        ..home.aosm().object("bottle_1").unwrap().clone()
+    };
+    home.edit(&Edit::AddObject(cup), "ada", 1.0).unwrap();
+    home.edit(
+        &Edit::RemoveObject {
+            name: "bin_1".to_owned(),
+        },
+        "ada",
+        2.0,
+    )
+    .unwrap();
+    assert_eq!(home.aosm().objects.keys().next(), Some(&name));
+    assert_eq!(ranks(&home), [Some(4), Some(1), Some(2), Some(3)]);
+    assert_eq!(home.object_rank("unicorn"), None);
 }
 
 fn move_bottle(x: f64) -> Edit {
@@ -46,10 +142,13 @@ pub(crate) fn execution() -> Execution {
 
 /// Whether a home holds what a model says; poses within the rounding of roll, pitch and yaw.
 fn assert_same(home: &Aosm, model: &Aosm) {
-    let classes = |aosm: &Aosm| -> Vec<(String, String)> {
+    let classes = |aosm: &Aosm| -> Vec<_> {
         aosm.classes
             .values()
-            .map(|class| (class.name.clone(), class.description.clone()))
+            .map(|class| {
+                let (name, description) = (class.name.clone(), class.description.clone());
+                (name, description, class.form, class.grasps.clone())
+            })
             .collect()
     };
     assert_eq!(classes(home), classes(model));
@@ -116,6 +215,32 @@ fn model_edit(aosm: &Aosm, edit: &Edit) -> Option<Aosm> {
         }
         Edit::RemoveClass { name } => {
             new.classes.remove(&name)?;
+        }
+        Edit::MakeClass {
+            name,
+            form,
+            movable,
+        } => {
+            let (class, _) = ObjectClass::of_form(&name, form, movable).ok()?;
+            if new.classes.insert(name, class).is_some() {
+                return None;
+            }
+        }
+        Edit::ReshapeClass { name, form, .. } => {
+            let class = new.classes.get_mut(&name)?;
+            class.form = Some(class.form.and(Some(form))?);
+        }
+        Edit::PutGrasp { class, grasp } => {
+            let grasps = &mut new.classes.get_mut(&class)?.grasps;
+            match grasps.iter().position(|other| other.name == grasp.name) {
+                Some(index) => grasps[index] = grasp,
+                None => grasps.push(grasp),
+            }
+        }
+        Edit::RemoveGrasp { class, name } => {
+            let grasps = &mut new.classes.get_mut(&class)?.grasps;
+            let index = grasps.iter().position(|other| other.name == name)?;
+            grasps.remove(index);
         }
         Edit::SetMap(grid) => new.grid = grid,
         Edit::SetCloud(cloud) => new.cloud = cloud,
@@ -221,8 +346,24 @@ fn edit() -> impl Strategy<Value = Edit> {
                 ..class
             }))
         }),
-        Just(Edit::RemoveClass {
-            name: "faucet".to_owned()
+        class_name().prop_map(|name| Edit::RemoveClass { name }),
+        (class_name(), form()).prop_map(|(name, form)| Edit::MakeClass {
+            name,
+            form,
+            movable: true,
+        }),
+        (class_name(), form()).prop_map(|(name, form)| Edit::ReshapeClass {
+            name,
+            form,
+            movable: true,
+        }),
+        (class_name(), 0.0..0.2).prop_map(|(class, height_m)| Edit::PutGrasp {
+            class,
+            grasp: grasp("top", height_m),
+        }),
+        class_name().prop_map(|class| Edit::RemoveGrasp {
+            class,
+            name: "top".to_owned(),
         }),
         (2..5usize, 0..4usize)
             .prop_map(|(width, occupied)| Edit::SetMap(small_grid(width, occupied))),

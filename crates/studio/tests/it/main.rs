@@ -5,5 +5,6 @@ mod client;
 
 mod access;
 mod commands;
+mod edits;
 mod picture;
 mod start;
