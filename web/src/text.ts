@@ -67,6 +67,7 @@ export const TEACH = {
   change: "Change",
   forget: "Forget",
   remove: "Take it out of the map",
+  rename: "Rename",
   name: "Name",
 
   overviewTitle: "Your home",

@@ -136,6 +136,23 @@ describe("teaching", { skip, concurrency: false }, () => {
     });
   });
 
+  it("gives a thing another name, and forgets a kind of which there is nothing", async () => {
+    await onPage(browser, studio.url, SMALL, async (page) => {
+      const teach = page.getByRole("region", { name: "Teach", exact: true });
+      await make(teach, { name: "Spare", shape: "box", movable: false });
+      await at(teach, "Where is spare 1?");
+      await teach.getByLabel("Name").fill("Odd one");
+      await teach.getByRole("button", { name: "Rename" }).click();
+      await at(teach, "Where is odd one?");
+      await teach.getByRole("button", { name: "Take it out of the map" }).click();
+      await at(teach, "Your home");
+      await teach.getByRole("button", { name: "Teach a new thing" }).click();
+      await teach.getByRole("button", { name: "Forget spare" }).click();
+      await teach.getByRole("button", { name: "spare", exact: true }).waitFor({ state: "detached" });
+      assert.equal(await teach.getByRole("button", { name: "Forget basket" }).count(), 0, "there is a basket");
+    });
+  });
+
   it("teaches by keys alone how a part of a thing is moved", async () => {
     await onPage(browser, studio.url, SMALL, async (page) => {
       const teach = page.getByRole("region", { name: "Teach", exact: true });

@@ -21,8 +21,9 @@ export function classStep(desk: Desk): StepView {
     nodes: [knownPart, maker(desk), cataloguePart, row(back)],
     show() {
       const teaching = desk.store.get("teaching");
+      const used = new Set(teaching?.objects.map((object) => object.class));
       const names = {
-        known: (teaching?.classes ?? []).map(({ name, description }) => ({ name, description })),
+        known: (teaching?.classes ?? []).map(({ name, description }) => ({ name, description, used: used.has(name) })),
         catalogue: teaching?.catalogue ?? [],
       };
       const text = JSON.stringify(names);
@@ -37,7 +38,17 @@ export function classStep(desk: Desk): StepView {
         made.title = description;
         return made;
       };
-      known.replaceChildren(...names.known.map((one) => choice(one, () => void putDown(desk, one.name))));
+      const forget = (name: string): HTMLButtonElement =>
+        button(TEACH.forget, () => void desk.edits.ask({ kind: "remove_class", name }), {
+          name: `${TEACH.forget} ${words(name)}`,
+        });
+      known.replaceChildren(
+        ...names.known.flatMap((one) => {
+          const choose = choice(one, () => void putDown(desk, one.name));
+          // A kind of which there is a thing is needed.
+          return one.used ? [choose] : [element("span", { class: "pair" }, choose, forget(one.name))];
+        }),
+      );
       catalogue.replaceChildren(...names.catalogue.map((one) => choice(one, () => void take(desk, one.name))));
     },
   };

@@ -2,9 +2,9 @@
 
 import { element } from "../../dom";
 import type { Form, Pose } from "../../protocol";
-import { subjectOf } from "../../teach/lesson";
+import { plainName, subjectOf } from "../../teach/lesson";
 import { TEACH } from "../../text";
-import { checkField, type Field } from "../fields";
+import { checkField, type Field, textField } from "../fields";
 import { poseFields } from "../pose_fields";
 import { sizeFields } from "./class_step";
 import { dragTools } from "./drag_tools";
@@ -22,6 +22,10 @@ export function placeStep(desk: Desk, object: string): StepView {
     }),
   );
   const remove = button(TEACH.remove, () => void desk.edits.ask({ kind: "remove_object", name: object }));
+  let written = object;
+  const name = textField(TEACH.name, (text) => (written = plainName(text)));
+  name.show(object);
+  const rename = row(name.node, button(TEACH.rename, () => void renameTo(desk, object, written)));
   const size = element("div", { class: "three" });
   const movable = checkField(TEACH.movable, (carried) =>
     withSubject(desk, ({ of }) => {
@@ -41,6 +45,7 @@ export function placeStep(desk: Desk, object: string): StepView {
       pose.node,
       row(floor),
       sizes,
+      rename,
       row(
         button(TEACH.back, () => desk.store.learn({ step: "overview" })),
         remove,
@@ -67,6 +72,14 @@ export function placeStep(desk: Desk, object: string): StepView {
       }
     },
   };
+}
+
+async function renameTo(desk: Desk, object: string, to: string): Promise<void> {
+  const outcome = await desk.edits.ask({ kind: "rename_object", name: object, to });
+  // The thing of the old name is gone, and with it the step that was about it.
+  if (outcome.kind === "accepted" && desk.store.get("lesson").step === "overview") {
+    desk.store.learn({ step: "place", object: outcome.what });
+  }
 }
 
 function reshape(desk: Desk, name: string, form: Form, movable: boolean): void {
