@@ -18,7 +18,7 @@ use crate::learned::symbol_of;
 use crate::perform::sought_by;
 use crate::senses::Care;
 use crate::viewed::half_view_rad;
-use crate::{AgentError, Executive, Settings};
+use crate::{AgentError, Executive, LogLevel, Settings};
 
 /// Where to stand for an option.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,6 +62,9 @@ impl Executive<'_> {
             if let Some(pose) = tried? {
                 return Ok(BaseChoice::Possible(pose));
             }
+            let name = &skill.task().name;
+            let text = format!("no place to stand for the learned skill {name}: {reason}");
+            self.log(LogLevel::Info, text)?;
         }
         let poses = self.grounded(&option.anchor, &grid);
         let skill = skill_for(option);
@@ -120,7 +123,7 @@ impl Executive<'_> {
             let situation = self.situation(option, &pose)?;
             match skill.initiation(&situation, &state, &mut self.rng)? {
                 Initiation::Possible => return Ok(Some(pose)),
-                Initiation::Impossible(failure) => *reason = failure.to_string(),
+                Initiation::Impossible(failure) => { *reason = failure.to_string(); }
             }
         }
         Ok(None)

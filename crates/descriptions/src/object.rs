@@ -33,6 +33,9 @@ pub struct ObjectClass {
     /// Whether turning it about its own z axis changes nothing.
     #[serde(default)]
     pub yaw_symmetric: bool,
+    /// Whether Λ lies on the floor wherever it stands, as of a door or a cabinet; not of what may stand on a table.
+    #[serde(default)]
+    pub on_floor: bool,
     /// Its joints.
     #[serde(default)]
     pub joints: Vec<ObjectJoint>,

@@ -29,6 +29,10 @@ pub struct TaskSpec {
     pub robot: PathBuf,
     /// Model of the object (MJCF or URDF) with one root body at Λ, relative to the task file until loaded.
     pub model: PathBuf,
+    /// Model (MJCF or URDF) of what stands fixed about the object and moves with Λ, such as the wall beside a door; relative
+    /// to the task file until loaded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surroundings: Option<PathBuf>,
     /// Joint of the model that is to be moved.
     pub joint: String,
     /// Where the joint is at the start, rad or m.
@@ -174,6 +178,7 @@ impl TaskSpec {
         let dir = file.parent().unwrap_or(Path::new(""));
         task.robot = dir.join(&task.robot);
         task.model = dir.join(&task.model);
+        task.surroundings = task.surroundings.map(|model| dir.join(model));
         task.file = file.to_owned();
         Ok(task)
     }

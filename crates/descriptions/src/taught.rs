@@ -30,6 +30,7 @@ impl ObjectClass {
             form: Some(form),
             movable,
             yaw_symmetric: form.is_yaw_symmetric(),
+            on_floor: false,
             joints: Vec::new(),
             states: Vec::new(),
             grasps: Vec::new(),

@@ -71,6 +71,7 @@ impl ClassAppearance {
                 is_yaw_symmetric: class.yaw_symmetric,
                 is_upright: true,
                 is_fixed: !class.movable,
+                is_on_floor: class.on_floor,
             },
             joints,
         })

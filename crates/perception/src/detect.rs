@@ -7,7 +7,10 @@
 //! *visible* surface (the part that faces the camera) on the centre of the points. Each start is refined by
 //! point-to-plane ICP onto the visible surface only, so that a thin object is not pulled to its back. The
 //! best fit has the least truncated distance of the points to the model plus the share of the model that
-//! the camera looks *through*: a big object may not explain a small patch.
+//! the camera contradicts, by looking *through* it or by seeing something else there: a big object may not
+//! explain a small patch, nor the leaf of a door the wall beside it.
+//!
+//! What stands on the floor is put there: the robot's base frame has its origin on the floor.
 //!
 //! A movable object that usually stands upright may have fallen over: where standing explains the points badly, lying
 //! is tried as well.
@@ -17,6 +20,8 @@ use factotum_geometry::Pose;
 use factotum_geometry::cloud::PointCloud;
 use factotum_geometry::icp::{IcpFreedom, IcpParams, IcpTarget};
 use nalgebra::{Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// What a class of objects looks like.
@@ -32,6 +37,8 @@ pub struct ClassModel {
     pub is_upright: bool,
     /// Whether it belongs to the building, so that it never moves.
     pub is_fixed: bool,
+    /// Whether Λ lies on the floor while it is upright: a smooth leaf of a door does not tell its own height.
+    pub is_on_floor: bool,
 }
 
 /// Settings of a [`Detector`].
@@ -168,6 +175,7 @@ struct Fit {
 #[derive(Clone)]
 struct View<'a> {
     frame: &'a DepthFrame,
+    label: u16,
     points: Vec<Point3<f64>>,
     center: Point3<f64>,
     camera: Point3<f64>,
@@ -249,6 +257,7 @@ impl Detector {
         );
         let view = View {
             frame,
+            label,
             center: seen.centroid()?,
             points: seen.points().to_vec(),
             camera: frame.base_from_optical.translation.vector.into(),
@@ -311,7 +320,14 @@ impl Detector {
         // Stable: of equal fits the earlier start comes first.
         tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         let starts = distinct(&tried, N_CLOSE);
-        let close = |fit: &Fit| self.fit(model, view, posture, fit.base_from_object, &[3.0, 1.5]);
+        let close = |fit: &Fit| {
+            let start = if model.is_fixed {
+                self.slid(rough_model, &rough, fit.base_from_object)
+            } else {
+                fit.base_from_object
+            };
+            self.fit(model, view, posture, start, &[3.0, 1.5])
+        };
         let mut best = starts
             .into_iter()
             .filter_map(close)
@@ -336,7 +352,13 @@ impl Detector {
         start: Pose,
         reaches: &[f64],
     ) -> Option<Fit> {
-        let mut base_from_object = start;
+        let grounded = |mut pose: Pose| {
+            if model.is_on_floor && posture == Posture::Standing {
+                pose.translation.z = 0.0;
+            }
+            pose
+        };
+        let mut base_from_object = grounded(start);
         for reach in reaches {
             let visible = visible_surface(model, view, &base_from_object);
             let target = IcpTarget::new(&visible).ok()?;
@@ -352,10 +374,42 @@ impl Detector {
             // A start too far off stays as it is; its cost will tell.
             if let Ok(result) = target.register(&view.points, &base_from_object.inverse(), &params)
             {
-                base_from_object = result.target_from_source.inverse();
+                base_from_object = grounded(result.target_from_source.inverse());
             }
         }
         self.judge(model, view, base_from_object)
+    }
+
+    /// A pose shifted to where it costs less: registration does not move a plane along itself, and of a big object the
+    /// camera may see a part whose middle is not the object's.
+    fn slid(&self, model: &ClassModel, view: &View<'_>, base_from_object: Pose) -> Pose {
+        /// Shifts tried, each until it gains nothing more, metres.
+        const STEPS_M: [f64; 5] = [0.4, 0.2, 0.1, 0.05, 0.025];
+        /// What a shift must gain.
+        const GAIN: f64 = 0.01;
+        let cost = |pose: &Pose| {
+            let fit = self.judge(model, view, *pose);
+            fit.map_or(f64::INFINITY, |fit| fit.cost)
+        };
+        let n_axes = if model.is_on_floor { 2 } else { 3 };
+        let mut best = (cost(&base_from_object), base_from_object);
+        for step_m in STEPS_M {
+            for axis in 0..n_axes {
+                for signed_m in [-step_m, step_m] {
+                    let mut shift = Translation3::identity();
+                    shift.vector[axis] = signed_m;
+                    loop {
+                        let moved = best.1 * shift;
+                        let moved_cost = cost(&moved);
+                        if moved_cost > best.0 - GAIN {
+                            break;
+                        }
+                        best = (moved_cost, moved);
+                    }
+                }
+            }
+        }
+        best.1
     }
 
     fn judge(&self, model: &ClassModel, view: &View<'_>, base_from_object: Pose) -> Option<Fit> {
@@ -390,13 +444,13 @@ impl Detector {
             }
         }
         let n = view.points.len() as f64;
-        let seen_through =
-            seen_through_share(view, &visible, &base_from_object, self.params.outlier_m);
+        let contradicted =
+            contradicted_share(view, &visible, &base_from_object, self.params.outlier_m);
         Some(Fit {
             base_from_object,
             rms_m: (explained_m2 / n_explained.max(1) as f64).sqrt(),
             fitness: n_explained as f64 / n,
-            cost: truncated / (n * outlier_m2) + seen_through,
+            cost: truncated / (n * outlier_m2) + contradicted,
             is_turn_sure: true,
         })
     }
@@ -522,23 +576,30 @@ fn visible_surface(model: &ClassModel, view: &View<'_>, base_from_object: &Pose)
     }
 }
 
-/// Share of the visible samples behind which the camera saw something: nothing can be there.
-fn seen_through_share(
+/// Share of the visible samples that the camera contradicts: it saw something behind them, or another thing in their place.
+fn contradicted_share(
     view: &View<'_>,
     visible: &PointCloud,
     base_from_object: &Pose,
     margin_m: f64,
 ) -> f64 {
-    let optical_from_object = view.frame.base_from_optical.inverse() * base_from_object;
-    let n_through = visible
-        .points()
-        .iter()
-        .filter(|point| {
-            let seen = optical_from_object * *point;
-            depth_at(view.frame, &seen).is_some_and(|depth_m| depth_m > seen.z + 2.0 * margin_m)
-        })
-        .count();
-    n_through as f64 / visible.len().max(1) as f64
+    let frame = view.frame;
+    let optical_from_object = frame.base_from_optical.inverse() * base_from_object;
+    let is_contradicted = |point: &&Point3<f64>| {
+        let sample = optical_from_object * *point;
+        let Some((column, row)) = pixel_of(frame, &sample) else {
+            return false;
+        };
+        let Some(seen) = frame.point_in_optical(column, row) else {
+            return false;
+        };
+        let beyond_m = seen.z - sample.z;
+        let label = frame.labels.get(row * frame.width + column);
+        let is_other = label.is_some_and(|label| *label != view.label);
+        beyond_m > 2.0 * margin_m || (is_other && beyond_m > -2.0 * margin_m)
+    };
+    let n_contradicted = visible.points().iter().filter(is_contradicted).count();
+    n_contradicted as f64 / visible.len().max(1) as f64
 }
 
 /// Depth measured where a point of the optical frame projects (m), if it is in the image.
@@ -589,26 +650,17 @@ pub(crate) fn spread(points: &[Point3<f64>], n_max: usize) -> Vec<Point3<f64>> {
         .collect()
 }
 
-/// `n_max` of the indices below `n` (all, if there are not more), in order, spread without a period that
-/// could fall in step with rows of samples: the first of the golden-ratio sequence.
+/// `n_max` of the indices below `n` (all, if there are not more), in order: one anywhere in each of as many equal parts.
+/// Drawn, since any regular choice falls in step with the rows that surfaces are sampled in, and leaves bands without any.
 fn spread_indices(n: usize, n_max: usize) -> Vec<usize> {
     if n <= n_max {
         return (0..n).collect();
     }
-    let gcd = |mut a: usize, mut b: usize| {
-        while b > 0 {
-            (a, b) = (b, a % b);
-        }
-        a
-    };
-    // A stride prime to n visits every index once.
-    let near_golden = (n as f64 * 0.618_033_988_75) as usize;
-    let stride = (near_golden.max(1)..n)
-        .find(|&stride| gcd(stride, n) == 1)
-        .unwrap_or(1);
-    let mut indices: Vec<usize> = (0..n_max).map(|i| i * stride % n).collect();
-    indices.sort_unstable();
-    indices
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let part = |i: usize| i * n / n_max;
+    (0..n_max)
+        .map(|i| rng.random_range(part(i)..part(i + 1)))
+        .collect()
 }
 
 /// The points without those that depth noise at the object's edge threw far behind or before it: kept are

@@ -183,6 +183,7 @@ impl Solid {
             is_yaw_symmetric,
             is_upright,
             is_fixed: false,
+            is_on_floor: false,
         }
     }
 

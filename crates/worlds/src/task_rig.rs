@@ -33,6 +33,9 @@ use crate::visual::{BodyGroup, VisualBody, visual_bodies};
 /// Prefix of the object's names.
 const OBJECT: &str = "object/";
 
+/// Prefix of the names of what stands about it.
+const SURROUNDINGS: &str = "surroundings/";
+
 /// The body that carries the object.
 const STAND: &str = "stand";
 
@@ -538,15 +541,19 @@ fn compose(task: &TaskSpec, robot: &RobotDescription) -> Result<Model, PhysicsEr
         collides: false,
         motion: Motion::Mocap,
     });
-    let object = Part {
-        file: task.model.clone(),
-        prefix: OBJECT.to_owned(),
-    };
-    let at = AttachPoint::Frame {
-        name: STAND.to_owned(),
-        offset: Pose::identity(),
-    };
-    builder.attach(&object, &at, false)?;
+    let object = Some((&task.model, OBJECT));
+    let surroundings = task.surroundings.as_ref().map(|file| (file, SURROUNDINGS));
+    for (file, prefix) in object.into_iter().chain(surroundings) {
+        let part = Part {
+            file: file.clone(),
+            prefix: prefix.to_owned(),
+        };
+        let at = AttachPoint::Frame {
+            name: STAND.to_owned(),
+            offset: Pose::identity(),
+        };
+        builder.attach(&part, &at, false)?;
+    }
     builder.compile()
 }
 

@@ -95,6 +95,92 @@ fn the_heading_of_an_upright_object_is_found() {
     }
 }
 
+/// Of a door near by, neither the upper nor the lower edge is in view.
+#[test]
+fn what_stands_on_the_floor_is_found_there() {
+    let leaf = || {
+        let middle = at([0.0, 0.0, 1.0], [0.0; 3]);
+        Solid(vec![(middle, Shape::Box([0.02, 0.30, 1.0]))])
+    };
+    let truth = at([1.3, 0.1, 0.0], [0.0, 0.0, 3.0]);
+    let frame = Scene {
+        things: vec![(leaf(), truth, "leaf")],
+        sigma_m: 0.002,
+    }
+    .look(&camera(0.0), 3);
+    let height_m = |is_on_floor: bool| {
+        let class = ClassModel {
+            is_on_floor,
+            ..leaf().class("leaf", false, true)
+        };
+        let detector = Detector::new(vec![class], DetectParams::default()).unwrap();
+        let found = detector.detect(&frame).unwrap();
+        let [detection] = found.as_slice() else {
+            panic!("{found:?}")
+        };
+        let (apart_m, _) = errors(detection, &truth);
+        (detection.base_from_object.translation.z, apart_m)
+    };
+    let (z, apart_m) = height_m(true);
+    assert!(z == 0.0 && apart_m < 0.02, "{z} {apart_m}");
+    let (z, _) = height_m(false);
+    assert!(z.abs() > 0.1, "told by what is in view: {z}");
+}
+
+/// Part of a smooth leaf is in view, flush with the wall: where the wall is seen, the leaf is not.
+#[test]
+fn a_leaf_in_a_wall_is_not_laid_onto_the_wall() {
+    let slab = |half_width_m: f64, y: f64| {
+        let middle = at([0.0, y, 1.0], [0.0; 3]);
+        Solid(vec![(middle, Shape::Box([0.02, half_width_m, 1.0]))])
+    };
+    let leaf = || slab(0.45, 0.0);
+    let class = ClassModel {
+        is_on_floor: true,
+        is_fixed: true,
+        ..leaf().class("leaf", false, true)
+    };
+    let detector = Detector::new(vec![class], DetectParams::default()).unwrap();
+    let truth = at([1.2, 0.55, 0.0], [0.0; 3]);
+    let things = vec![
+        (leaf(), truth, "leaf"),
+        (slab(0.6, -1.05), truth, ""),
+        (slab(0.6, 1.05), truth, ""),
+    ];
+    let frame = Scene {
+        things,
+        sigma_m: 0.002,
+    }
+    .look(&camera(0.2), 5);
+    let found = detector.detect(&frame).unwrap();
+    let [detection] = found.as_slice() else {
+        panic!("{found:?}")
+    };
+    let aside_m = detection.base_from_object.translation.y - 0.55;
+    assert!(aside_m.abs() < 0.05, "{aside_m} m aside: {detection:?}");
+}
+
+/// A surface sampled in rows, of any length, keeps no bare band when it is thinned.
+#[test]
+fn thinning_leaves_no_band_bare() {
+    for n_columns in 60..140 {
+        let n_rows = 200;
+        let chosen = spread_indices(n_columns * n_rows, 1500);
+        assert_eq!(chosen.len(), 1500);
+        assert!(chosen.is_sorted_by(|a, b| a < b));
+        // In bands of ten columns there should be 1500 / (n_columns / 10).
+        let wanted = 15_000 / n_columns;
+        for band in 0..n_columns / 10 {
+            let columns = 10 * band..10 * (band + 1);
+            let n = chosen
+                .iter()
+                .filter(|&index| columns.contains(&(index % n_columns)))
+                .count();
+            assert!(n > wanted / 2, "{n} of {wanted} in band {band} of {n_columns} columns");
+        }
+    }
+}
+
 /// From all sides: also where the handle is out of sight, its absence tells front from back.
 #[test]
 fn the_heading_is_found_from_all_sides() {
