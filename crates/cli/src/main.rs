@@ -8,6 +8,7 @@ mod audience;
 mod belief;
 mod class_look;
 mod console;
+mod demo;
 mod doctor;
 mod experiment;
 mod explore;
@@ -91,6 +92,9 @@ enum Command {
     /// Learn contact skills, and judge them.
     #[command(subcommand)]
     Skill(skill::SkillCommand),
+    /// Motions made by hand, to begin a motor skill with.
+    #[command(subcommand)]
+    Demo(demo::DemoCommand),
     /// Check a robot of your own.
     #[command(subcommand)]
     Robot(robot::RobotCommand),
@@ -110,6 +114,7 @@ fn main() -> ExitCode {
         Command::Experiment(command) => experiment::experiment(command, &console),
         Command::Symbols(command) => symbols::symbols(command, &console),
         Command::Skill(command) => skill::skill(command, &console),
+        Command::Demo(command) => demo::demo(command, &console),
         Command::Robot(command) => robot::robot(command, &console),
         Command::Doctor => doctor::doctor(&console),
     };

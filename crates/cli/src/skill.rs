@@ -28,7 +28,11 @@ use curve::Curve;
 use motor::MotorArgs;
 use run::RunArgs;
 use stopwatch::Stopwatch;
-use video::Video;
+pub(crate) use video::Video;
+
+/// Episodes of a contact skill that are the robot's own plan, with `--init plan`: as many as the dissertation's demonstrations of
+/// a motor skill.
+const SHOWN: u64 = 10;
 
 /// Arguments of `factotum skill`.
 #[derive(Debug, Subcommand)]
@@ -225,6 +229,15 @@ fn train_command(args: &TrainArgs, console: &Console) -> anyhow::Result<Answer> 
                 .clone()
                 .unwrap_or_else(|| default_folder(task, ablation, args.seed));
             let mut record = SkillRecord::new(assets::task_name(task)?, ablation, args.seed);
+            if args.motor.contact_plan()? {
+                if record.setting.guide.is_some() {
+                    return Err(usage(format!(
+                        "--init plan has nothing to show to `{}`, which follows the object's own motion anyway",
+                        ablation.name()
+                    )));
+                }
+                record.shown = SHOWN;
+            }
             if args.as_in_the_code {
                 record.setting = record.setting.like_the_code();
             }

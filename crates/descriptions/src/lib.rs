@@ -14,6 +14,7 @@ mod form;
 mod object;
 mod placement;
 mod provenance;
+mod recorded_motion;
 mod robot;
 mod task;
 mod taught;
@@ -28,6 +29,9 @@ pub use object::{
 };
 pub use placement::Placement;
 pub use provenance::Provenance;
+pub use recorded_motion::{
+    MotionFileError, MotionHead, MotionProblem, MotionSample, RecordedMotion,
+};
 pub use robot::{
     Arm, Base, Camera, Gripper, Lidar, Lift, RobotDescription, RobotPart, Sensors, TcpFrame,
 };

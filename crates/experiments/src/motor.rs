@@ -12,6 +12,7 @@
 //! [`MotorRig`] is where it is tried, a search looks for better ones (`search.rs`: `primitive.rs`, `network.rs`),
 //! [`MotorTraining`] keeps it all in a folder, [`Study`] does so over seeds.
 
+mod demonstration;
 mod folder;
 mod network;
 mod primitive;
@@ -20,7 +21,7 @@ mod search;
 mod study;
 mod training;
 
-use factotum_descriptions::DescriptionError;
+use factotum_descriptions::{DescriptionError, MotionFileError, MotionProblem};
 use factotum_learning::dmp::DmpError;
 use factotum_learning::pi2::Pi2Error;
 use factotum_learning::policy_gradient::PolicyGradientError;
@@ -30,6 +31,7 @@ use factotum_worlds::RigError;
 
 use crate::storage::StorageError;
 
+pub use demonstration::{DemoError, demos_to_begin_with};
 pub use folder::{MotorFolder, MotorRecord};
 pub use rig::{MotorRig, MotorRollout};
 pub use search::{Init, SearchName, SearchState};
@@ -69,6 +71,15 @@ pub enum MotorError {
     /// The network, or its search.
     #[error(transparent)]
     Network(#[from] PolicyGradientError),
+    /// A recorded motion in a file.
+    #[error(transparent)]
+    MotionFile(#[from] MotionFileError),
+    /// What was recorded is no motion.
+    #[error("what was recorded is no motion: {0}")]
+    Recorded(MotionProblem),
+    /// A recorded motion that is none of this task.
+    #[error(transparent)]
+    Demo(#[from] DemoError),
     /// A search that is for another form of policy.
     #[error(
         "policy `{policy}` cannot be improved by `{search}`; dmp is by pi2cma, mlp by npg or dapg"
@@ -132,6 +143,9 @@ impl MotorError {
             | Self::Bootstrap(_)
             | Self::Misfit { .. }
             | Self::NothingShown
+            | Self::MotionFile(_)
+            | Self::Recorded(_)
+            | Self::Demo(_)
             | Self::Taken { .. }
             | Self::Format { .. }
             | Self::Stored { .. } => true,

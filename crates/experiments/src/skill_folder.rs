@@ -36,6 +36,9 @@ pub struct SkillRecord {
     pub ablation: Ablation,
     /// Seed of all that is random.
     pub seed: u64,
+    /// Episodes at the beginning that are the robot's own plan.
+    #[serde(default)]
+    pub shown: u64,
     /// The setting.
     pub setting: CipSetting,
 }
@@ -48,6 +51,7 @@ impl SkillRecord {
             task,
             ablation,
             seed,
+            shown: 0,
             setting: CipSetting::of(ablation),
         }
     }

@@ -162,7 +162,9 @@ impl Training<'_> {
         let rig = TaskRig::new(task)?;
         let setting = record.setting.clone();
         if self.resume && folder.checkpoint().is_file() {
-            let trainer = Trainer::resume(rig, task, setting, record.seed, &folder.checkpoint())?;
+            let mut trainer =
+                Trainer::resume(rig, task, setting, record.seed, &folder.checkpoint())?;
+            trainer.begin_shown(record.shown);
             let best = folder.keep_metrics(trainer.progress().n_episodes)?;
             return Ok((trainer, best));
         }
@@ -171,7 +173,9 @@ impl Training<'_> {
         }
         folder.keep_metrics(0)?;
         let each = &mut |index, kept| tell(TrainingEvent::Grasp { index, kept });
-        Ok((Trainer::new(rig, task, setting, record.seed, each)?, None))
+        let mut trainer = Trainer::new(rig, task, setting, record.seed, each)?;
+        trainer.begin_shown(record.shown);
+        Ok((trainer, None))
     }
 
     /// Keeps an evaluation, all that is needed to go on from it, and the policy if none was better.

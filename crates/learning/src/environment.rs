@@ -100,7 +100,31 @@ pub fn explore_episode<E: Environment>(
         environment,
         rng,
         learner,
-        |learner, observation, action| learner.explore_into(observation, action),
+        |learner, _, observation, action| learner.explore_into(observation, action),
+        Td3::record,
+    )
+}
+
+/// Does for an episode what `show` says, with the learner's noise of exploration; it counts as one of the learner's own.
+///
+/// # Errors
+///
+/// As [`train_episode`].
+pub fn shown_episode<E: Environment>(
+    learner: &mut Td3,
+    environment: &mut E,
+    rng: &mut ChaCha8Rng,
+    show: impl Fn(&E, &mut [f32]),
+) -> Result<Episode, EpisodeError<E::Error>> {
+    run_episode(
+        environment,
+        rng,
+        learner,
+        |learner, environment, _, action| {
+            show(environment, action);
+            learner.explore_about(action);
+            Ok(())
+        },
         Td3::record,
     )
 }
@@ -115,14 +139,20 @@ pub fn evaluate_episode<E: Environment>(
     environment: &mut E,
     rng: &mut ChaCha8Rng,
 ) -> Result<Episode, EpisodeError<E::Error>> {
-    run_episode(environment, rng, policy, Policy::act_into, |_, _| Ok(()))
+    run_episode(
+        environment,
+        rng,
+        policy,
+        |policy, _, observation, action| policy.act_into(observation, action),
+        |_, _| Ok(()),
+    )
 }
 
 fn run_episode<E: Environment, A>(
     environment: &mut E,
     rng: &mut ChaCha8Rng,
     actor: &mut A,
-    act: impl Fn(&mut A, &[f32], &mut [f32]) -> Result<(), Td3Error>,
+    act: impl Fn(&mut A, &E, &[f32], &mut [f32]) -> Result<(), Td3Error>,
     record: impl Fn(&mut A, &Transition<'_>) -> Result<(), Td3Error>,
 ) -> Result<Episode, EpisodeError<E::Error>> {
     let mut observation = vec![0.0; environment.n_observation()];
@@ -138,7 +168,7 @@ fn run_episode<E: Environment, A>(
         .reset_into(rng, &mut observation)
         .map_err(EpisodeError::Environment)?;
     while !episode.ending.is_over() {
-        act(actor, &observation, &mut action)?;
+        act(actor, environment, &observation, &mut action)?;
         let step = environment
             .step_into(&action, &mut next_observation)
             .map_err(EpisodeError::Environment)?;

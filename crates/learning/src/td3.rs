@@ -228,12 +228,17 @@ impl Td3 {
         self.policy
             .network
             .evaluate_into(observation, &mut self.memory.single, action);
+        self.explore_about(action);
+        Ok(())
+    }
+
+    /// Adds the noise of exploration to an action.
+    pub fn explore_about(&mut self, action: &mut [f32]) {
         let deviation = self.params.exploration_noise as f32;
         for component in action {
             let noise: f32 = self.exploring.sample(StandardNormal);
             *component = (*component + deviation * noise).clamp(-1.0, 1.0);
         }
-        Ok(())
     }
 
     /// Keeps a step of the environment to learn from.
@@ -305,6 +310,57 @@ impl Td3 {
         }
         self.counters.n_updates = update;
         Ok(found)
+    }
+
+    /// Makes the policy, and its target, do what was done in all that was recorded, by so many steps of Adam on the mean squared
+    /// difference; the last one's difference.
+    ///
+    /// # Errors
+    ///
+    /// When nothing was recorded yet, or a derivative is NaN or infinite; the policy is then as after the last good step.
+    pub fn clone_recorded(&mut self, n_steps: u64) -> Result<f32, Td3Error> {
+        if self.replay.is_empty() {
+            return Err(Td3Error::NothingRecorded);
+        }
+        let (n_observation, n_action) = (self.n_observation, self.n_action);
+        let mut difference = 0.0;
+        for step in 1..=n_steps {
+            let batch = &mut self.memory.batch;
+            self.replay.sample_into(&mut self.updating, batch);
+            let n_rows = batch.rewards.len();
+            let Learned {
+                network,
+                pass,
+                gradient,
+                ..
+            } = &mut self.policy;
+            let observations = Panels::new(&batch.inputs, n_rows, n_observation);
+            network.forward(observations, 1, pass);
+            let lane = |column: usize, row| (column / WIDTH * n_rows + row, column % WIDTH);
+            let n_values = (n_rows * n_action) as f32;
+            let done = pass.output(0).to_vec();
+            difference = 0.0;
+            let inputs = &batch.inputs;
+            let delta = pass.output_delta_mut(0);
+            write_columns(delta, n_rows, 0, n_action, |row, column| {
+                let (at, of) = lane(column, row);
+                let (shown_at, shown_of) = lane(n_observation + column, row);
+                let off = done[at][of] - inputs[shown_at][shown_of];
+                difference += off * off / n_values;
+                2.0 * off / n_values
+            });
+            network.backward(observations, pass, gradient);
+            if !all_finite(gradient) {
+                return Err(Td3Error::NotFinite {
+                    what: "derivative of the policy's difference",
+                    at: step,
+                });
+            }
+            self.policy.step();
+        }
+        let learned = self.policy.network.parameters();
+        self.policy.target.parameters_mut().copy_from_slice(learned);
+        Ok(difference)
     }
 
     /// y of the batch.

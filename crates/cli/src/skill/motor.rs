@@ -1,13 +1,15 @@
 //! Motor skills on the command line: learned from the robot's own plan, or from nothing, and looked at.
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args, ValueEnum};
-use factotum_descriptions::{MotorPolicy, TaskSpec};
+use factotum_descriptions::{MotorPolicy, RecordedMotion, TaskSpec};
 use factotum_experiments::motor::{
-    EpochRecord, Init, MotorError, MotorFolder, MotorRecord, MotorTraining, SearchName,
+    EpochRecord, Init, MotorError, MotorFolder, MotorRecord, MotorRig, MotorTraining, SearchName,
+    demos_to_begin_with,
 };
 use factotum_skills::bootstrap::PlannedDemo;
 use serde_json::json;
@@ -16,14 +18,21 @@ use super::video::Video;
 use super::{TrainArgs, load_task};
 use crate::assets;
 use crate::console::{Answer, Console, tell, usage};
+use crate::demo::motion_files;
 
 /// What a motor skill is learned with.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Motor skills (tasks with a table `[motor]`)")]
+#[command(
+    next_help_heading = "Motor skills (tasks with a table `[motor]`); --init for contact skills, too"
+)]
 pub(super) struct MotorArgs {
-    /// Where the first policy is from [default: plan].
-    #[arg(long, value_enum)]
-    init: Option<InitName>,
+    /// Where the first policy is from: `plan`, the robot's own motion plan, made from kinematics alone; `random`, random
+    /// weights; `demo:FILE`, a recorded motion, or `demo:DIR`, all of a folder [default: plan; contact skills: random].
+    #[arg(long, value_name = "plan|random|demo:FILE")]
+    init: Option<InitArg>,
+    /// Recorded motions that do not do the task count, too.
+    #[arg(long)]
+    failed_demos: bool,
     /// Form of the policy [default: the task's].
     #[arg(long, value_enum)]
     policy: Option<PolicyForm>,
@@ -45,12 +54,26 @@ pub(super) struct MotorArgs {
 }
 
 /// Where a first policy can be from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum InitName {
-    /// The robot's own motion plan, made from kinematics alone.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum InitArg {
     Plan,
-    /// Random weights.
     Random,
+    Demo(PathBuf),
+}
+
+impl FromStr for InitArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "plan" => Ok(Self::Plan),
+            "random" => Ok(Self::Random),
+            _ => match text.strip_prefix("demo:") {
+                Some(file) if !file.is_empty() => Ok(Self::Demo(file.into())),
+                _ => Err("expected `plan`, `random` or `demo:FILE`".to_owned()),
+            },
+        }
+    }
 }
 
 /// Forms of a policy.
@@ -93,10 +116,21 @@ impl From<SearchForm> for SearchName {
 }
 
 impl MotorArgs {
-    /// The first option that was given.
+    /// Whether a contact skill is to begin with the robot's own plan.
+    pub(super) fn contact_plan(&self) -> anyhow::Result<bool> {
+        match &self.init {
+            None | Some(InitArg::Random) => Ok(false),
+            Some(InitArg::Plan) => Ok(true),
+            Some(InitArg::Demo(_)) => Err(usage(
+                "--init demo is for motor skills; a contact skill begins with `plan` or `random`",
+            )),
+        }
+    }
+
+    /// The first option that was given and is for motor skills alone.
     fn given(&self) -> Option<&'static str> {
         [
-            ("--init", self.init.is_some()),
+            ("--failed-demos", self.failed_demos),
             ("--policy", self.policy.is_some()),
             ("--search", self.search.is_some()),
             ("--epochs", self.epochs.is_some()),
@@ -114,6 +148,7 @@ impl MotorArgs {
 pub(super) struct MotorRun {
     folder: MotorFolder,
     record: MotorRecord,
+    recorded: Vec<RecordedMotion>,
     task: TaskSpec,
     n_epochs: u64,
     resume: bool,
@@ -127,7 +162,7 @@ pub(super) fn is_motor_skill(dir: &Path) -> bool {
 /// What to learn, if it is a motor skill.
 pub(super) fn motor_run(args: &TrainArgs) -> anyhow::Result<Option<MotorRun>> {
     let motor = &args.motor;
-    let (folder, record, task) = match (&args.resume, &args.task) {
+    let (folder, record, recorded, task) = match (&args.resume, &args.task) {
         (Some(dir), _) => {
             let folder = MotorFolder::at(dir);
             if !folder.has_record() {
@@ -135,7 +170,7 @@ pub(super) fn motor_run(args: &TrainArgs) -> anyhow::Result<Option<MotorRun>> {
             }
             let record = folder.record().map_err(usage)?;
             let task = load_task(&record.task)?;
-            (folder, record, task)
+            (folder, record, Vec::new(), task)
         }
         (None, Some(name)) => {
             let task = load_task(name)?;
@@ -143,9 +178,12 @@ pub(super) fn motor_run(args: &TrainArgs) -> anyhow::Result<Option<MotorRun>> {
                 return no_motor(args, "the task has no table `[motor]`");
             };
             let policy = motor.policy.map_or(spec.policy, MotorPolicy::from);
-            let init = match motor.init {
-                None | Some(InitName::Plan) => Init::Plan,
-                Some(InitName::Random) => Init::Random,
+            let (init, recorded) = match &motor.init {
+                None | Some(InitArg::Plan) => (Init::Plan, Vec::new()),
+                Some(InitArg::Random) => (Init::Random, Vec::new()),
+                Some(InitArg::Demo(path)) => {
+                    (Init::Demo, recorded(path, &task, motor.failed_demos)?)
+                }
             };
             let dir = args.out.clone().unwrap_or_else(|| {
                 let stem = name.file_stem().unwrap_or_default().to_string_lossy();
@@ -160,7 +198,7 @@ pub(super) fn motor_run(args: &TrainArgs) -> anyhow::Result<Option<MotorRun>> {
                     .to_radians(),
                 ..usual
             };
-            (MotorFolder::at(&dir), record, task)
+            (MotorFolder::at(&dir), record, recorded, task)
         }
         (None, None) => return Ok(None),
     };
@@ -181,9 +219,25 @@ pub(super) fn motor_run(args: &TrainArgs) -> anyhow::Result<Option<MotorRun>> {
         n_epochs: motor.epochs.unwrap_or(record.usual_epochs()),
         folder,
         record,
+        recorded,
         task,
         resume: args.resume.is_some(),
     }))
+}
+
+/// The recorded motions at a path to begin with.
+fn recorded(path: &Path, task: &TaskSpec, failed_too: bool) -> anyhow::Result<Vec<RecordedMotion>> {
+    let rig = MotorRig::new(task).map_err(of_input)?;
+    let mut motions = Vec::new();
+    for file in motion_files(path)? {
+        let motion = RecordedMotion::load(&file).map_err(usage)?;
+        // A folder may hold those of other tasks, too.
+        if path.is_file() || motion.head().task == task.name {
+            rig.check_demo(&file, &motion).map_err(usage)?;
+            motions.push(motion);
+        }
+    }
+    demos_to_begin_with(motions, failed_too).map_err(usage)
 }
 
 fn no_motor(args: &TrainArgs, why: &str) -> anyhow::Result<Option<MotorRun>> {
@@ -216,6 +270,7 @@ impl MotorRun {
             folder: &self.folder,
             task: &self.task,
             record: &self.record,
+            recorded: &self.recorded,
             n_epochs: self.n_epochs,
             resume: self.resume,
         };
@@ -267,6 +322,7 @@ pub(super) fn judge(dir: &Path, video: Option<&Path>, console: &Console) -> anyh
         folder: &folder,
         task: &task,
         record: &record,
+        recorded: &[],
         n_epochs: 0,
         resume: true,
     };

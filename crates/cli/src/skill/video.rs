@@ -25,7 +25,7 @@ const MOMENTS_BEFORE: usize = 12;
 const N_PICTURES: usize = 6;
 
 /// Looks on while a skill is judged.
-pub(super) struct Video {
+pub(crate) struct Video {
     dir: PathBuf,
     takes: Vec<Take>,
     set: Option<Set>,
@@ -45,7 +45,7 @@ struct Set {
 
 impl Video {
     /// Into a folder, which is made.
-    pub(super) fn new(dir: &Path) -> anyhow::Result<Self> {
+    pub(crate) fn new(dir: &Path) -> anyhow::Result<Self> {
         std::fs::create_dir_all(dir).with_context(|| format!("cannot make `{}`", dir.display()))?;
         Ok(Self {
             dir: dir.to_owned(),
@@ -55,7 +55,7 @@ impl Video {
     }
 
     /// Sees a moment of the rig.
-    pub(super) fn see(&mut self, rig: &TaskRig) {
+    pub(crate) fn see(&mut self, rig: &TaskRig) {
         let state = rig.state();
         if self.set.is_none()
             && let Ok(own) = State::new(state.model())
@@ -82,7 +82,7 @@ impl Video {
     }
 
     /// Writes all that was seen; the files.
-    pub(super) fn finish(mut self) -> anyhow::Result<Vec<PathBuf>> {
+    pub(crate) fn finish(mut self) -> anyhow::Result<Vec<PathBuf>> {
         self.takes
             .retain(|take| take.moments.len() > MOMENTS_BEFORE);
         let mut files = Vec::new();

@@ -236,8 +236,22 @@ fn a_motor_skill_begins_with_a_plan_and_options_of_the_other_kind_are_refused() 
         &["drawer-heavy", "--ablation", "fast", "--out", "other"],
     );
     assert_refused(&contact, &["drawer-heavy", "--ablation", "--init"]);
-    let motor = train(dir, &["door", "--init", "plan", "--out", "other"]);
-    assert_refused(&motor, &["--init", "[motor]"]);
+    let motor = train(dir, &["door", "--epochs", "3", "--out", "other"]);
+    assert_refused(&motor, &["--epochs", "[motor]"]);
+    let follows = [
+        "door",
+        "--init",
+        "plan",
+        "--ablation",
+        "fast",
+        "--out",
+        "other",
+    ];
+    assert_refused(&train(dir, &follows), &["--init plan", "`fast`"]);
+    let shown = train(dir, &["door", "--init", "demo:a", "--out", "other"]);
+    assert_refused(&shown, &["--init demo"]);
+    let nobody = train(dir, &["t-ball", "--init", "people", "--out", "other"]);
+    assert_refused(&nobody, &["demo:FILE"]);
     let one = train(dir, &["drawer-heavy", "--rollouts", "1", "--out", "other"]);
     assert_refused(&one, &["--rollouts is 1"]);
     let negative = train(
@@ -271,4 +285,55 @@ fn shipped_skills_are_done_one_after_the_other() {
     assert_refused(&run(&["lever"]), &["lever", "knob-and-door", "door_1"]);
     assert_refused(&run(&["movo-drawer"]), &["movo-drawer"]);
     assert_refused(&run(&["door", "nothing"]), &["`nothing`", "slide"]);
+}
+
+#[test]
+fn motions_are_made_by_keys_listed_and_begun_with() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    let keys = |keys: &str, file: &str| {
+        std::process::Command::new(env!("CARGO_BIN_EXE_factotum"))
+            .args(["--json", "demo", "record", "t-ball", "--out", file])
+            .current_dir(dir)
+            .stdin(std::process::Stdio::piped())
+            .stdout(std::process::Stdio::piped())
+            .spawn()
+            .and_then(|mut child| {
+                use std::io::Write as _;
+                child.stdin.take().unwrap().write_all(keys.as_bytes())?;
+                child.wait_with_output()
+            })
+            .unwrap()
+    };
+    // The first joint by a fifth of a second, twice; the ball stays.
+    let made = keys("1]]x]]]", "demos/a.jsonl");
+    assert_eq!(made.status.code(), Some(1));
+    let listed = factotum_in(dir, &["--json", "demo", "list"]);
+    assert_eq!(listed.code, Some(0), "{}", listed.stderr);
+    let motion = &listed.json()["motions"][0];
+    assert_eq!(motion["task"], "t-ball");
+    assert_eq!(motion["success"], false);
+    assert!((motion["duration_secs"].as_f64().unwrap() - 0.4).abs() < 1e-9);
+    let text = std::fs::read_to_string(dir.join("demos/a.jsonl")).unwrap();
+    let turned = |line: Option<&str>| {
+        let sample: serde_json::Value = serde_json::from_str(line.unwrap()).unwrap();
+        sample["positions"][0].as_f64().unwrap()
+    };
+    let turned = turned(text.lines().last()) - turned(text.lines().nth(1));
+    assert!((0.15..0.3).contains(&turned), "{turned}");
+
+    // It is not written over, it failed, and a broken one is named.
+    assert_eq!(keys("x", "demos/a.jsonl").status.code(), Some(2));
+    let train = |init: &str| train(dir, &["t-ball", "--init", init, "--out", "other"]);
+    assert_refused(&train("demo:demos"), &["none of 1", "--failed-demos"]);
+    let replayed = factotum_in(dir, &["--json", "demo", "replay", "demos/a.jsonl"]);
+    assert_eq!(replayed.code, Some(0), "{}", replayed.stderr);
+    let broken = text.lines().take(3).chain(text.lines().skip(6));
+    let broken: Vec<&str> = broken.collect();
+    std::fs::write(dir.join("broken.jsonl"), broken.join("\n")).unwrap();
+    assert_refused(
+        &train("demo:broken.jsonl"),
+        &["broken.jsonl", "line 4", "gap"],
+    );
+    assert_refused(&train("demo:nowhere"), &["nowhere"]);
 }

@@ -3,6 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `motor.toml` | task, seed, and what it was begun with |
+//! | `demonstrations` | the recorded motions that it was begun with, if it was |
 //! | `search.json` | the search after its last epoch: policy, exploration, epochs |
 //! | `metrics.jsonl` | a line for each epoch, from 0, the policy that it began with |
 //!
@@ -10,7 +11,7 @@
 
 use std::path::{Path, PathBuf};
 
-use factotum_descriptions::{MotorPolicy, read_toml};
+use factotum_descriptions::{MotorPolicy, RecordedMotion, read_toml};
 use serde::{Deserialize, Serialize};
 
 use super::{EpochRecord, Init, MotorError, SearchName, SearchState};
@@ -108,11 +109,15 @@ impl MotorFolder {
         self.dir.join("metrics.jsonl")
     }
 
-    /// Begins a run.
+    /// Begins a run, with recorded motions if it is to begin with them.
     ///
     /// # Errors
     /// [`MotorError::Taken`] if it holds a run, [`MotorError::Storage`] if it cannot be written.
-    pub fn begin(&self, record: &MotorRecord) -> Result<(), MotorError> {
+    pub fn begin(
+        &self,
+        record: &MotorRecord,
+        recorded: &[RecordedMotion],
+    ) -> Result<(), MotorError> {
         if self.has_record() {
             let found = self.record()?;
             return Err(MotorError::Taken {
@@ -124,6 +129,15 @@ impl MotorFolder {
         }
         std::fs::create_dir_all(&self.dir)
             .map_err(|error| StorageError::writing(&self.dir, error))?;
+        let shelf = self.demonstrations_dir();
+        if !recorded.is_empty() {
+            std::fs::create_dir_all(&shelf)
+                .map_err(|error| StorageError::writing(&shelf, error))?;
+        }
+        for (i, motion) in recorded.iter().enumerate() {
+            let file = shelf.join(format!("{i:03}.jsonl"));
+            write_atomically(&file, motion.to_text().as_bytes())?;
+        }
         let text = toml::to_string(record).map_err(|error| MotorError::Text(error.to_string()))?;
         Ok(write_atomically(&self.record_file(), text.as_bytes())?)
     }
@@ -142,6 +156,26 @@ impl MotorFolder {
             });
         }
         Ok(record)
+    }
+
+    fn demonstrations_dir(&self) -> PathBuf {
+        self.dir.join("demonstrations")
+    }
+
+    /// The recorded motions that its run was begun with.
+    ///
+    /// # Errors
+    /// [`MotorError`] if one cannot be read.
+    pub fn demonstrations(&self) -> Result<Vec<RecordedMotion>, MotorError> {
+        let mut motions = Vec::new();
+        loop {
+            let name = format!("{:03}.jsonl", motions.len());
+            let file = self.demonstrations_dir().join(name);
+            if !file.exists() {
+                return Ok(motions);
+            }
+            motions.push(RecordedMotion::load(&file)?);
+        }
     }
 
     /// Stores the search after an epoch.

@@ -27,7 +27,7 @@ use super::rig::Controller;
 use super::search::{MotorSearch, SearchName, SearchState};
 use super::{MotorError, MotorRig, MotorRollout};
 
-/// Demonstrations made of one plan (thesis 4.3.1).
+/// Demonstrations made of what was shown (thesis 4.3.1).
 const N_DEMOS: usize = 10;
 
 /// Standard deviation of where a demonstration begins, rad.
@@ -50,10 +50,10 @@ pub(super) struct NetworkSearch {
 }
 
 impl NetworkSearch {
-    /// Begins with what a demonstration shows, or with random weights.
+    /// Begins with what demonstrations show, or without any with random weights.
     pub(super) fn new(
         rig: &MotorRig,
-        demo: Option<&JointDemo>,
+        demos: &[JointDemo],
         search: SearchName,
         seed: u64,
         rng: &mut ChaCha8Rng,
@@ -64,7 +64,7 @@ impl NetworkSearch {
             ..GaussianParams::default()
         };
         let mut policy = GaussianPolicy::new(n_joints + 1, n_joints, &params, rng)?;
-        let shown = demo.map(|demo| noisy_copies(demo, rng));
+        let shown = (!demos.is_empty()).then(|| noisy_copies(demos, rng));
         if let Some(shown) = &shown {
             policy.standardise_by(shown)?;
             clone_behaviour(&mut policy, shown, &CloningParams::default(), rng)?;
@@ -197,19 +197,19 @@ fn observation(arm: &[f64], object: f64) -> Vec<f32> {
     joints.map(|position| *position as f32).collect()
 }
 
-/// Demonstrations about one.
-fn noisy_copies(demo: &JointDemo, rng: &mut ChaCha8Rng) -> Demonstrations {
+/// Demonstrations about some, about each in turn.
+fn noisy_copies(demos: &[JointDemo], rng: &mut ChaCha8Rng) -> Demonstrations {
     let mut shown = Demonstrations::default();
-    let Some(first) = demo.positions.first() else {
-        return shown;
-    };
-    let n = first.len();
-    let n_steps = demo.positions.len() - 1;
-    let mut normal = |std: f64| {
-        let mut values = || -> f64 { StandardNormal.sample(rng) };
-        DVector::from_fn(n, |_, _| std * values())
-    };
-    for _ in 0..N_DEMOS {
+    for demo in demos.iter().cycle().take(N_DEMOS) {
+        let Some(first) = demo.positions.first() else {
+            continue;
+        };
+        let n = first.len();
+        let n_steps = demo.positions.len() - 1;
+        let mut normal = |std: f64| {
+            let mut values = || -> f64 { StandardNormal.sample(rng) };
+            DVector::from_fn(n, |_, _| std * values())
+        };
         let knots: Vec<DVector<f64>> = (0..N_KNOTS).map(|_| normal(BEND_RAD)).collect();
         let bent = |k: usize| &demo.positions[k] + bend(&knots, k as f64 / n_steps as f64);
         let mut q = first + normal(START_NOISE_RAD);
@@ -251,7 +251,7 @@ mod tests {
             step_secs: 0.05,
         };
         let mut rng = ChaCha8Rng::seed_from_u64(1);
-        let shown = noisy_copies(&demo, &mut rng);
+        let shown = noisy_copies(std::slice::from_ref(&demo), &mut rng);
         assert_eq!(shown.observations.len(), 3 * N_DEMOS * n_steps);
         assert_eq!(shown.actions.len(), 2 * N_DEMOS * n_steps);
         let rms = |step: usize| {

@@ -129,14 +129,24 @@ impl MotorRig {
         controller: &mut dyn Controller,
         watch: &mut dyn FnMut(&TaskRig),
     ) -> Result<MotorRollout, MotorError> {
-        self.rig.place_for_motor_skill()?;
+        self.roll_out_for(self.n_steps(), controller, watch)
+    }
+
+    /// As [`Self::roll_out`], for another number of steps.
+    pub(super) fn roll_out_for(
+        &mut self,
+        n_steps: usize,
+        controller: &mut dyn Controller,
+        watch: &mut dyn FnMut(&TaskRig),
+    ) -> Result<MotorRollout, MotorError> {
+        self.begin()?;
         watch(&self.rig);
         let goal = self.rig.task().goal;
         let mut total_reward = 0.0;
         let mut action = vec![0.0; self.n_joints()];
-        for _ in 0..self.n_steps() {
+        for _ in 0..n_steps {
             controller.act(self.rig.reading(), &mut action)?;
-            self.rig.drive(&action)?;
+            self.drive(&action)?;
             watch(&self.rig);
             let off = goal - self.rig.reading().object_joint;
             let effort: f64 = action.iter().map(|action| action * action).sum();
@@ -144,12 +154,26 @@ impl MotorRig {
             controller.earn(reward);
             total_reward += reward;
         }
-        let object_state = self.rig.reading().object_joint;
         Ok(MotorRollout {
             total_reward,
-            object_state,
-            success: self.rig.task().progress(object_state) >= self.motor.done,
+            object_state: self.rig.reading().object_joint,
+            success: self.is_done(),
         })
+    }
+
+    /// Puts arm and object where the task begins.
+    pub(super) fn begin(&mut self) -> Result<(), MotorError> {
+        Ok(self.rig.place_for_motor_skill()?)
+    }
+
+    /// Drives the arm for one step.
+    pub(super) fn drive(&mut self, action: &[f64]) -> Result<(), MotorError> {
+        Ok(self.rig.drive(action)?)
+    }
+
+    /// Whether the object is where the task wants it.
+    pub(super) fn is_done(&self) -> bool {
+        self.rig.task().progress(self.rig.reading().object_joint) >= self.motor.done
     }
 
     /// Sum of the rewards of an arm that never moves and an object that does not either.
@@ -169,6 +193,7 @@ impl MotorRig {
         self.motor.duration_secs
     }
 
+    /// Steps of a rollout.
     fn n_steps(&self) -> usize {
         (self.motor.duration_secs / self.step_secs()).round() as usize
     }

@@ -1,14 +1,15 @@
 //! Policy search, whatever the policy: from a first policy on, epoch by epoch.
 
-use factotum_descriptions::MotorPolicy;
+use factotum_descriptions::{MotorPolicy, RecordedMotion};
 use factotum_learning::pi2::Pi2State;
 use factotum_learning::policy_gradient::NaturalGradient;
-use factotum_skills::bootstrap::{KinematicError, PlannedDemo};
+use factotum_skills::bootstrap::{JointDemo, KinematicError, PlannedDemo};
 use factotum_worlds::TaskRig;
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
+use super::demonstration::joint_demo;
 use super::network::NetworkSearch;
 use super::primitive::PrimitiveSearch;
 use super::{MotorError, MotorRecord, MotorRig, MotorRollout};
@@ -19,6 +20,8 @@ use super::{MotorError, MotorRecord, MotorRig, MotorRollout};
 pub enum Init {
     /// The robot's own plan.
     Plan,
+    /// Recorded motions.
+    Demo,
     /// Nowhere: random weights.
     Random,
 }
@@ -28,6 +31,7 @@ impl Init {
     pub fn name(self) -> &'static str {
         match self {
             Self::Plan => "plan",
+            Self::Demo => "demo",
             Self::Random => "random",
         }
     }
@@ -50,7 +54,7 @@ impl SearchName {
     pub fn usual(policy: MotorPolicy, init: Init) -> Self {
         match (policy, init) {
             (MotorPolicy::Dmp, _) => Self::Pi2cma,
-            (MotorPolicy::Mlp, Init::Plan) => Self::Dapg,
+            (MotorPolicy::Mlp, Init::Plan | Init::Demo) => Self::Dapg,
             (MotorPolicy::Mlp, Init::Random) => Self::Npg,
         }
     }
@@ -97,10 +101,11 @@ pub enum SearchState {
     Network(Box<NaturalGradient>),
 }
 
-/// Begins what a record says, with the plan that it begins from, if it does.
+/// Begins what a record says, with the plan that it begins from, if it does; `recorded` is what was recorded for it.
 pub(super) fn begin(
     rig: &mut MotorRig,
     record: &MotorRecord,
+    recorded: &[RecordedMotion],
 ) -> Result<(Box<dyn MotorSearch>, Option<PlannedDemo>), MotorError> {
     let mut rng = ChaCha8Rng::seed_from_u64(record.seed);
     let error = KinematicError {
@@ -110,16 +115,23 @@ pub(super) fn begin(
     };
     let plan = match record.init {
         Init::Plan => Some(rig.plan(&error, &mut rng)?),
-        Init::Random => None,
+        Init::Demo | Init::Random => None,
     };
-    let demo = plan.as_ref().map(|plan| &plan.motion);
+    let demos: Vec<JointDemo> = match (&plan, record.init) {
+        (Some(plan), _) => vec![plan.motion.clone()],
+        (None, Init::Demo) => recorded.iter().map(joint_demo).collect(),
+        (None, _) => Vec::new(),
+    };
     let search: Box<dyn MotorSearch> = match (record.policy, record.search) {
-        (MotorPolicy::Dmp, SearchName::Pi2cma) => {
-            Box::new(PrimitiveSearch::new(rig, demo, record.seed, &mut rng)?)
-        }
+        (MotorPolicy::Dmp, SearchName::Pi2cma) => Box::new(PrimitiveSearch::new(
+            rig,
+            demos.first(),
+            record.seed,
+            &mut rng,
+        )?),
         (MotorPolicy::Mlp, SearchName::Npg | SearchName::Dapg) => Box::new(NetworkSearch::new(
             rig,
-            demo,
+            &demos,
             record.search,
             record.seed,
             &mut rng,

@@ -26,6 +26,7 @@ fn learn(dir: &Path, init: Init, n_epochs: u64, resume: bool) -> MotorSummary {
         folder: &MotorFolder::at(dir),
         task: &task,
         record: &record,
+        recorded: &[],
         n_epochs,
         resume,
     };
@@ -69,6 +70,7 @@ fn a_plan_moves_the_drawer_but_not_all_the_way_and_a_stopped_search_goes_on_to_t
         folder: &MotorFolder::at(&whole),
         task: &task,
         record: &record,
+        recorded: &[],
         n_epochs: 2,
         resume: false,
     };
@@ -85,7 +87,7 @@ fn a_plan_moves_the_drawer_but_not_all_the_way_and_a_stopped_search_goes_on_to_t
 #[test]
 fn random_weights_move_the_arm_and_a_contact_task_is_refused() {
     let mut rig = MotorRig::new(&task("drawer-heavy")).unwrap();
-    let (mut search, demo) = search::begin(&mut rig, &record(Init::Random)).unwrap();
+    let (mut search, demo) = search::begin(&mut rig, &record(Init::Random), &[]).unwrap();
     assert!(demo.is_none());
     let mut moved: f64 = 0.0;
     let start = task("drawer-heavy").motor.unwrap().q_start;
@@ -126,6 +128,7 @@ fn a_search_of_another_policy_is_refused() {
         folder: &folder,
         task: &task,
         record: &record,
+        recorded: &[],
         n_epochs: 1,
         resume: true,
     };
@@ -150,6 +153,7 @@ fn a_network_is_cloned_from_the_plan_and_goes_on_to_the_bit() {
             folder: &MotorFolder::at(&dir.path().join(name)),
             task: &task,
             record: &record,
+            recorded: &[],
             n_epochs,
             resume,
         };
@@ -187,7 +191,7 @@ fn what_does_not_go_together_is_refused() {
             search,
             ..MotorRecord::new("drawer-heavy".into(), init, policy, 5)
         };
-        let Err(refused) = search::begin(&mut rig, &record) else {
+        let Err(refused) = search::begin(&mut rig, &record, &[]) else {
             panic!("{policy:?} went with {search:?}");
         };
         assert!(
@@ -195,4 +199,39 @@ fn what_does_not_go_together_is_refused() {
             "{refused}"
         );
     }
+}
+
+#[test]
+fn a_recorded_motion_is_what_a_policy_begins_with() {
+    let mut rig = MotorRig::new(&task("drawer-heavy")).unwrap();
+    // The arm turns about its base for a second and stays.
+    let mut n = 0;
+    let motion = rig.record("a test", &mut |_, action| {
+        n += 1;
+        action[0] = if n <= 20 { 0.4 } else { 0.0 };
+        n <= 40
+    });
+    let motion = motion.unwrap();
+    let dir = tempfile::tempdir().unwrap();
+    let folder = MotorFolder::at(dir.path());
+    let (task, record) = (task("drawer-heavy"), record(Init::Demo));
+    let training = MotorTraining {
+        folder: &folder,
+        task: &task,
+        record: &record,
+        recorded: std::slice::from_ref(&motion),
+        n_epochs: 0,
+        resume: false,
+    };
+    let never = AtomicBool::new(false);
+    training.run(&never, &mut |_| {}, &mut |_| {}).unwrap();
+    let kept = folder.demonstrations().unwrap();
+    assert_eq!(kept, std::slice::from_ref(&motion));
+    let mut turned = 0.0;
+    let mut watch = |rig: &TaskRig| {
+        use factotum_skills::cip::rig::Rig as _;
+        turned = rig.reading().arm_positions[0] - motion.samples()[0].positions[0];
+    };
+    training.judge(&mut watch).unwrap();
+    assert!((turned - 0.4).abs() < 0.03, "{turned}");
 }

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use factotum_descriptions::TaskSpec;
+use factotum_descriptions::{RecordedMotion, TaskSpec};
 use factotum_skills::bootstrap::PlannedDemo;
 use factotum_worlds::TaskRig;
 use serde::{Deserialize, Serialize};
@@ -52,6 +52,8 @@ pub struct MotorTraining<'a> {
     pub task: &'a TaskSpec,
     /// What it is learned with.
     pub record: &'a MotorRecord,
+    /// Recorded motions to begin with; a run that goes on has those of its folder.
+    pub recorded: &'a [RecordedMotion],
     /// Epochs in all.
     pub n_epochs: u64,
     /// Whether to go on from the folder's search; else the folder must not hold a run.
@@ -71,10 +73,10 @@ impl MotorTraining<'_> {
     ) -> Result<MotorSummary, MotorError> {
         let folder = self.folder;
         if !self.resume {
-            folder.begin(self.record)?;
+            folder.begin(self.record, self.recorded)?;
         }
         let mut rig = MotorRig::new(self.task)?;
-        let (mut search, demo) = begin(&mut rig, self.record)?;
+        let (mut search, demo) = begin(&mut rig, self.record, &self.folder.demonstrations()?)?;
         if let Some(demo) = &demo {
             planned(demo);
         }
@@ -142,7 +144,7 @@ impl MotorTraining<'_> {
     /// [`MotorError`] without a policy, or when the physics breaks down.
     pub fn judge(&self, watch: &mut dyn FnMut(&TaskRig)) -> Result<MotorRollout, MotorError> {
         let mut rig = MotorRig::new(self.task)?;
-        let (mut search, _) = begin(&mut rig, self.record)?;
+        let (mut search, _) = begin(&mut rig, self.record, &self.folder.demonstrations()?)?;
         let state = self.folder.search()?;
         let state = state.ok_or_else(|| self.folder.not_this("there is none yet".to_owned()))?;
         search

@@ -440,3 +440,54 @@ fn parameters_are_data() {
     let unknown = serde_json::from_str::<Td3Params>(r#"{"gamma": 0.9}"#).unwrap_err();
     assert!(unknown.to_string().contains("`gamma`"), "{unknown}");
 }
+
+#[test]
+fn a_policy_is_cloned_from_what_was_recorded() {
+    let params = Td3Params {
+        hidden: vec![16, 16],
+        batch_size: 32,
+        replay_capacity: 200,
+        warmup_steps: 0,
+        learning_rate: 1e-3,
+        ..Td3Params::default()
+    };
+    let mut learner = Td3::new(2, 3, params, 1).unwrap();
+    assert!(matches!(
+        learner.clone_recorded(1),
+        Err(Td3Error::NothingRecorded)
+    ));
+    // What is done is a function of what is seen.
+    let shown = |x: f32, y: f32| [0.5 * x, -0.3, 0.4 * y * x];
+    let seen = |i: u16| {
+        let share = f32::from(i) / 100.0;
+        [2.0 * share - 1.0, 1.0 - share]
+    };
+    for i in 0..100 {
+        let [x, y] = seen(i);
+        let transition = Transition {
+            observation: &[x, y],
+            action: &shown(x, y),
+            reward: 0.0,
+            next_observation: &[x, y],
+            ending: Ending::Goes,
+        };
+        learner.record_of_another(&transition).unwrap();
+    }
+    let critics = learner.critics.clone();
+    let difference = learner.clone_recorded(1500).unwrap();
+    assert!(difference < 1e-3, "{difference}");
+    assert_eq!(learner.critics, critics, "nothing else has changed");
+    assert_eq!(
+        learner.policy.network.parameters(),
+        learner.policy.target.parameters()
+    );
+    let mut policy = learner.policy();
+    for i in [0, 30, 77, 99] {
+        let [x, y] = seen(i);
+        let mut action = [0.0; 3];
+        policy.act_into(&[x, y], &mut action).unwrap();
+        for (found, wanted) in action.iter().zip(shown(x, y)) {
+            assert!((found - wanted).abs() < 0.08, "{action:?} at {i}");
+        }
+    }
+}

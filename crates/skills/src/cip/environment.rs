@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use super::action::{CLOSING_STEPS, CLOSING_STROKE, HOLD, N_ACTION, opening_around};
 use super::configuration::configurations;
 use super::ending::{FailureClassifier, FailureKind, FailureMemory, SuccessIndicator};
-use super::guide::Guide;
+use super::guide::{Guide, GuideParams};
 use super::hand_motion::HandMotion;
 use super::initiation::{GraspChoice, GraspInitiation};
 use super::observation::{n_observation, observe_into};
@@ -122,6 +122,8 @@ pub struct CipEnvironment<R> {
     initiation: Option<GraspInitiation>,
     motion: HandMotion,
     guide: Option<Guide>,
+    /// The object's own motion, to be shown.
+    planned: Guide,
     scene: PlanningScene,
     mode: Mode,
     perturbation: Perturbation,
@@ -168,6 +170,12 @@ impl<R: Rig> CipEnvironment<R> {
         scene.set_gripper(1.0);
         let motion = HandMotion::of(&anatomy.object_joint, task);
         let guide = setting.guide_along(&motion, task)?;
+        let planned = Guide::new(
+            GuideParams::default(),
+            motion.clone(),
+            task.start,
+            task.goal,
+        )?;
         Ok(Self {
             placement: task.placement,
             success: SuccessIndicator::of(task),
@@ -177,6 +185,7 @@ impl<R: Rig> CipEnvironment<R> {
             initiation,
             motion,
             guide,
+            planned,
             scene,
             mode: Mode::Learn,
             perturbation: Perturbation::default(),
@@ -228,6 +237,11 @@ impl<R: Rig> CipEnvironment<R> {
     /// I_c, if the setting has a head.
     pub fn initiation(&self) -> Option<&GraspInitiation> {
         self.initiation.as_ref()
+    }
+
+    /// The action that goes along with the object's own motion from here.
+    pub fn planned_action(&self) -> [f32; N_ACTION] {
+        self.planned.action(&self.believed(), &self.setting.ranges)
     }
 
     /// Whether the next episodes are to learn from.

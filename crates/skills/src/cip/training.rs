@@ -3,13 +3,19 @@
 //! Thesis 3.3: after each episode as many updates as it had steps; every ten episodes ten rollouts of the policy as it
 //! is. Randomness is drawn anew for each episode and each evaluation from the seed and its number, so that evaluating
 //! more often changes nothing, and a run that was stopped goes on as if it never was.
+//!
+//! With demonstrations ([`Trainer::begin_shown`], thesis Chapter 4 for the skills of Chapter 3) the first episodes are the
+//! robot's own plan, the object's motion with the noise of exploration: they count like any other, their steps are in the replay,
+//! and after the last one π_c is cloned from them.
 
 use std::path::Path;
 
 use factotum_descriptions::TaskSpec;
 use factotum_learning::bandit::BanditError;
 use factotum_learning::checkpoint::{self, CheckpointError, Identity};
-use factotum_learning::environment::{EpisodeError, evaluate_episode, explore_episode};
+use factotum_learning::environment::{
+    EpisodeError, evaluate_episode, explore_episode, shown_episode,
+};
 use factotum_learning::td3::{Policy, Td3, Td3Error};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
@@ -23,6 +29,9 @@ use super::initiation::{GraspInitiation, InitiationError, KnownGrasp};
 use super::observation::n_observation;
 use super::rig::Rig;
 use super::setting::CipSetting;
+
+/// Steps of Adam in which π_c is cloned from what was shown.
+const CLONING_STEPS: u64 = 2000;
 
 /// What a stream of random numbers is for.
 #[derive(Debug, Clone, Copy)]
@@ -151,6 +160,7 @@ pub struct Trainer<R> {
     learner: Td3,
     identity: Identity,
     seed: u64,
+    n_shown: u64,
     progress: Progress,
 }
 
@@ -193,6 +203,7 @@ impl<R: Rig> Trainer<R> {
             learner,
             identity,
             seed,
+            n_shown: 0,
             progress: Progress::default(),
         })
     }
@@ -223,8 +234,14 @@ impl<R: Rig> Trainer<R> {
             learner,
             identity,
             seed,
+            n_shown: 0,
             progress,
         })
+    }
+
+    /// Makes the first `n` episodes of the run the robot's own plan.
+    pub fn begin_shown(&mut self, n: u64) {
+        self.n_shown = n;
     }
 
     /// Tells `watch` of every phase from now on.
@@ -272,12 +289,24 @@ impl<R: Rig> Trainer<R> {
         let episode = self.progress.n_episodes + 1;
         let mut rng = stream(self.seed, Purpose::Episode, episode);
         self.environment.set_mode(Mode::Learn);
-        explore_episode(&mut self.learner, &mut self.environment, &mut rng)
-            .map_err(|error| stopped(episode, error))?;
+        let (learner, environment) = (&mut self.learner, &mut self.environment);
+        let explored = if episode <= self.n_shown {
+            let show = |environment: &CipEnvironment<R>, action: &mut [f32]| {
+                action.copy_from_slice(&environment.planned_action());
+            };
+            shown_episode(learner, environment, &mut rng, show)
+        } else {
+            explore_episode(learner, environment, &mut rng)
+        };
+        explored.map_err(|error| stopped(episode, error))?;
         self.environment.enter(Phase::Updates);
-        self.learner
-            .update_owed()
-            .map_err(|source| TrainingError::Learner { episode, source })?;
+        let updated = self.learner.update_owed().and_then(|_last| {
+            if episode == self.n_shown {
+                self.learner.clone_recorded(CLONING_STEPS)?;
+            }
+            Ok(())
+        });
+        updated.map_err(|source| TrainingError::Learner { episode, source })?;
         let summary = self.environment.summary();
         self.progress.n_episodes = episode;
         self.progress.n_env_steps += u64::from(summary.n_steps);
