@@ -177,11 +177,14 @@ describe("teaching", { skip, concurrency: false }, () => {
       await at(teach, "Do something with a faucet");
       await teach.getByLabel("Name").focus();
       await page.keyboard.type("half open");
+      assert.equal(await teach.getByLabel("Then it is").inputValue(), "open", "as it is called at the joint's end");
       await teach.getByRole("spinbutton", { name: "Ends at" }).focus();
       await page.keyboard.press("Control+A");
       await page.keyboard.type("20");
       await page.keyboard.press("Tab");
-      await teach.getByLabel("Then it is").focus();
+      const effect = teach.getByLabel("Then it is");
+      assert.equal(await effect.inputValue(), "", "there is no name yet for what it is there");
+      await effect.focus();
       await page.keyboard.type("dripping");
       await picture(page, "teach-joint");
       await press("Save");

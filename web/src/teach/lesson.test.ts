@@ -3,6 +3,7 @@ import { describe, expect, it } from "vitest";
 import { composed } from "../frames";
 import type { Pose, TaughtClass, TaughtObject, Teaching } from "../protocol";
 import {
+  effectAt,
   firstAction,
   firstGrasp,
   freeName,
@@ -114,6 +115,18 @@ describe("where a person may begin", () => {
       joints: [{ name: "handle", kind: "revolute", axis: [0, 0, 1], origin: [0, 0, 0], range: [0, 1.3] }],
     };
     const { motion } = firstAction("joint", lever, null, { radius: 0, height: 0 });
-    expect(motion).toMatchObject({ kind: "joint", joint: "handle", initiation: 0, termination: 1.3 });
+    expect(motion).toMatchObject({ kind: "joint", joint: "handle", initiation: 0, termination: 1.3, effect: "" });
+  });
+
+  it("what an action brings about is called as it is known", () => {
+    const lever: TaughtClass = {
+      ...flask,
+      joints: [{ name: "handle", kind: "revolute", axis: [0, 0, 1], origin: [0, 0, 0], range: [0, 1.3] }],
+      states: [{ name: "open", joint: "handle", range: [0.6, 1.35] }],
+    };
+    expect(effectAt(lever, "handle", 1, "")).toBe("open");
+    expect(effectAt(lever, "handle", 1.5, "")).toBe("open");
+    expect(effectAt(lever, "handle", 0.3, "open")).toBe("");
+    expect(effectAt(lever, "handle", 0.3, "dripping")).toBe("dripping");
   });
 });

@@ -122,6 +122,18 @@ export function firstGrasp(from: "side" | "above", of: TaughtClass, size: Size, 
   };
 }
 
+/**
+ * What a thing is called when an action of this effect ends with a joint at a position: the state that is known there.
+ * Where none is, the name stays that a person gave it, but not that of a state elsewhere.
+ */
+export function effectAt(of: TaughtClass, joint: string, position: number, effect: string): string {
+  const [from, to] = of.joints.find(({ name }) => name === joint)?.range ?? [position, position];
+  // Pushing goes a little beyond the stop: the joint does not.
+  const at = Math.min(Math.max(position, from), to);
+  const there = of.states.find((state) => state.joint === joint && state.range[0] <= at && at <= state.range[1]);
+  return there?.name ?? (of.states.some(({ name }) => name === effect) ? "" : effect);
+}
+
 /** How high above its rim a thing is let go over a container, metres. */
 const RELEASE_ABOVE_M = 0.08;
 /** Distances at which an arm of common length reaches over the base's edge, metres. */
@@ -139,7 +151,7 @@ export function firstAction(kind: ActionMotion["kind"], of: TaughtClass, target:
           initiation: joint.range[0],
           termination: joint.range[1],
           contact: "grasp",
-          effect: "",
+          effect: effectAt(of, joint.name, joint.range[1], ""),
         }
       : { kind: "put_into", class: target?.name ?? "", ...releaseOver(targetSize) };
   const name = kind === "joint" ? "" : target === null ? "" : freeName(`put_in_${target.name}`, taken);

@@ -2,7 +2,7 @@
 
 import { element } from "../../dom";
 import type { Action, ActionMotion, TaughtClass } from "../../protocol";
-import { firstAction, plainName, releaseOver, type Subject } from "../../teach/lesson";
+import { effectAt, firstAction, plainName, releaseOver, type Subject } from "../../teach/lesson";
 import { TEACH, words } from "../../text";
 import { sizeOf } from "../../view/class_model";
 import { choiceField, CM, DEGREES, type Field, numberField, sliderField, textField } from "../fields";
@@ -185,7 +185,9 @@ function jointSide(desk: Desk, { of }: Subject, change: (changed: Partial<Action
   const set = (changed: Partial<Extract<ActionMotion, { kind: "joint" }>>): void => {
     const motion = desk.store.get("draft").action?.motion;
     if (motion?.kind === "joint") {
-      change({ motion: { ...motion, ...changed } });
+      const next = { ...motion, ...changed };
+      const effect = "effect" in changed ? next.effect : effectAt(of, next.joint, next.termination, next.effect);
+      change({ motion: { ...next, effect } });
     }
   };
   const part = choiceField(TEACH.part, of.joints.map(({ name }) => [name, words(name)] as const), (name) => {
@@ -211,9 +213,10 @@ function jointSide(desk: Desk, { of }: Subject, change: (changed: Partial<Action
       const joint = of.joints.find((other) => other.name === motion.joint);
       if (joint !== undefined && joint.name !== shownJoint) {
         shownJoint = joint.name;
-        const unit = joint.kind === "revolute" ? DEGREES : CM;
-        begins = sliderField(TEACH.begins, unit, joint.range, (initiation) => set({ initiation }));
-        ends = sliderField(TEACH.ends, unit, joint.range, (termination) => set({ termination }));
+        const turns = joint.kind === "revolute";
+        const unit = turns ? DEGREES : CM;
+        begins = sliderField(TEACH.begins(turns), unit, joint.range, (initiation) => set({ initiation }));
+        ends = sliderField(TEACH.ends(turns), unit, joint.range, (termination) => set({ termination }));
         sliders.replaceChildren(begins.node, ends.node);
       }
       part.show(motion.joint);
