@@ -23,17 +23,12 @@ const DISCOUNT: f64 = 0.97;
 const UPDATES_PER_STEP: f64 = 2.0;
 
 /// What a policy begins about: nothing but to hold on. The dissertation does not say how its networks begin; one that
-/// begins at zero opens the fingers in half of all seeds, and sees nothing but a lost object then. At 0.9 the fingers still
-/// drift open in many runs before any progress tells the policy not to; so near to 1 its gradient is small.
+/// begins at zero opens the fingers in half of all seeds, and sees nothing but a lost object then.
 const FIRST_ACTION: [f32; N_ACTION] = {
     let mut action = [0.0; N_ACTION];
-    action[GRIPPER] = 0.99;
+    action[GRIPPER] = 0.9;
     action
 };
-
-/// How far from that a policy begins: its last layer is small, as in DDPG (Lillicrap et al., arXiv 1509.02971, section 7). The
-/// dissertation does not say; its code leaves 1, with which the arm begins by moving anywhere.
-const POLICY_OUTPUT_SCALE: f32 = 0.01;
 
 /// A setting of the ablation study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -169,7 +164,6 @@ impl CipSetting {
                 discount: DISCOUNT,
                 updates_per_step: UPDATES_PER_STEP,
                 policy_first_action: FIRST_ACTION.to_vec(),
-                policy_output_scale: POLICY_OUTPUT_SCALE,
                 // Random actions open the fingers, which teaches nothing but that; the code has 100 of them.
                 warmup_steps: 0,
                 ..Td3Params::default()
@@ -215,7 +209,7 @@ impl CipSetting {
                 cornered_steps: Some(10),
                 td3: Td3Params {
                     critic_layer_norm: true,
-                    policy_output_scale: POLICY_OUTPUT_SCALE,
+                    policy_output_scale: 0.01,
                     warmup_steps: 200,
                     updates_per_step: UPDATES_PER_STEP,
                     discount: DISCOUNT,
