@@ -9,6 +9,9 @@ use super::environment::{CipEnvironment, CipError};
 use super::initiation::KnownGrasp;
 use super::rig::{Placing, Rig};
 
+/// Grasps that are generated, as in the thesis' code.
+const N_GENERATED: usize = 50;
+
 /// Tries to hold the object from a grasp before it is given up, each with the object elsewhere.
 const N_TRIES: usize = 3;
 
@@ -41,12 +44,11 @@ pub fn search_grasps<R: Rig>(
         q: environment.rig().anatomy().robot.q_ready(),
         opening: 1.0,
     };
-    let n_grasps = environment.setting().n_grasps;
     let rig = environment.rig_mut();
     rig.place(&placing).map_err(CipError::Rig)?;
     let cloud = rig.region_cloud().map_err(CipError::Rig)?;
     let options = PrincipalOptions {
-        n_grasps,
+        n_grasps: N_GENERATED,
         aperture_max_m: Some(rig.anatomy().aperture_max_m),
         centred: true,
         ..PrincipalOptions::default()

@@ -22,16 +22,6 @@ const DISCOUNT: f64 = 0.97;
 /// runs of four instead of three (seeds 0 to 3).
 const UPDATES_PER_STEP: f64 = 2.0;
 
-/// Grasps that the cloud suggests. The text does not say; the code has 50, of which nearly all of a run's 100 episodes try one
-/// for the first time. With 12 the last policy slid the knob in 97 % of rollouts instead of 56, and lifted the lever in 90
-/// instead of 78; with the drawer it made no difference (seeds 0 to 7, of the lever 0 to 4).
-const N_GRASPS: usize = 12;
-
-/// As many as the code has.
-fn n_grasps_of_the_code() -> usize {
-    50
-}
-
 /// What a policy begins about: nothing but to hold on. The dissertation does not say how its networks begin; one that
 /// begins at zero opens the fingers in half of all seeds, and sees nothing but a lost object then.
 const FIRST_ACTION: [f32; N_ACTION] = {
@@ -121,9 +111,6 @@ pub struct CipSetting {
     pub envelope_rad: [f64; 2],
     /// How the configuration is chosen.
     pub configuration: ConfigurationChoice,
-    /// Grasps that the cloud suggests; those that pass all checks are kept.
-    #[serde(default = "n_grasps_of_the_code")]
-    pub n_grasps: usize,
     /// How grasps are chosen.
     pub grasps: GraspChoice,
     /// The bandit over them.
@@ -160,7 +147,6 @@ impl CipSetting {
             guard: GuardKind::Envelope,
             envelope_rad: [0.3, 0.2],
             configuration: ConfigurationChoice::Manipulability,
-            n_grasps: N_GRASPS,
             grasps: GraspChoice::Ucb,
             bandit: BanditParams {
                 untried: Untried::CountsAsOne,
@@ -216,8 +202,6 @@ impl CipSetting {
             Ablation::Fast => Self {
                 guard: GuardKind::Barrier,
                 configuration: ConfigurationChoice::AlongMotion,
-                // It mostly succeeds from the first, so that more to choose from cost it nothing.
-                n_grasps: n_grasps_of_the_code(),
                 force_cost: 0.1,
                 step_cost: 0.005,
                 guide: Some(GuideParams::default()),
@@ -247,7 +231,6 @@ impl CipSetting {
                 ..self.ranges
             },
             jiggle_steps: 0,
-            n_grasps: n_grasps_of_the_code(),
             td3: code,
             ..self
         }
