@@ -123,7 +123,9 @@ impl Executive<'_> {
             let situation = self.situation(option, &pose)?;
             match skill.initiation(&situation, &state, &mut self.rng)? {
                 Initiation::Possible => return Ok(Some(pose)),
-                Initiation::Impossible(failure) => { *reason = failure.to_string(); }
+                Initiation::Impossible(failure) => {
+                    *reason = failure.to_string();
+                }
             }
         }
         Ok(None)

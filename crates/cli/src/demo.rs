@@ -81,6 +81,12 @@ fn record(args: &RecordArgs, console: &Console) -> anyhow::Result<Answer> {
             file.display()
         )));
     }
+    let cannot =
+        |error: std::io::Error| usage(format!("`{}` cannot be written: {error}", file.display()));
+    // Before anything is recorded that there is no place for.
+    if let Some(dir) = file.parent() {
+        std::fs::create_dir_all(dir).map_err(cannot)?;
+    }
     let mut rig = MotorRig::new(&task).map_err(of_input)?;
     let mut keyboard = Keyboard::new()?;
     let motion = rig
@@ -88,10 +94,8 @@ fn record(args: &RecordArgs, console: &Console) -> anyhow::Result<Answer> {
             keyboard.jog(rig, action, console)
         })
         .map_err(of_input)?;
-    if let Some(dir) = file.parent() {
-        std::fs::create_dir_all(dir)?;
-    }
-    std::fs::write(&file, motion.to_text())?;
+    drop(keyboard);
+    std::fs::write(&file, motion.to_text()).map_err(cannot)?;
     console.answer(&line_of(&file, &motion), || words_of(&file, &motion))?;
     Ok(Answer::from(motion.head().success))
 }

@@ -82,7 +82,7 @@ pub(crate) struct EvalArgs {
     /// Skill: its folder, or the name of a shipped one.
     skill: PathBuf,
     /// Rollouts.
-    #[arg(long, value_name = "N", default_value_t = 50)]
+    #[arg(long, value_name = "N", default_value_t = ROLLOUTS)]
     rollouts: u32,
     /// Seed of the rollouts.
     #[arg(long, default_value_t = 0)]
@@ -95,6 +95,26 @@ pub(crate) struct EvalArgs {
     /// Leave a picture strip (PNG) and a recording (MCAP, for Foxglove) of the first three rollouts in this folder.
     #[arg(long, value_name = "DIR")]
     video: Option<PathBuf>,
+}
+
+/// Rollouts that judge a contact skill.
+const ROLLOUTS: u32 = 50;
+
+impl EvalArgs {
+    /// Nothing in a rollout of a motor skill is random, and it is judged as it was learned.
+    fn refuse_for_motor(&self) -> anyhow::Result<()> {
+        let is_usual = self.rollouts == ROLLOUTS
+            && self.seed == 0
+            && self.perturb.checked()? == Perturbation::default();
+        if is_usual {
+            return Ok(());
+        }
+        Err(usage(format!(
+            "`{}` is a motor skill, of which every rollout is the same; --rollouts, --seed, and what is otherwise than in \
+             training are for contact skills",
+            self.skill.display()
+        )))
+    }
 }
 
 /// What may be otherwise than the skill was trained for.
@@ -310,6 +330,7 @@ fn eval_command(args: &EvalArgs, console: &Console) -> anyhow::Result<Answer> {
         return Err(usage("--rollouts is 0, expected at least 1"));
     }
     if motor::is_motor_skill(&args.skill) {
+        args.refuse_for_motor()?;
         return motor::judge(&args.skill, args.video.as_deref(), console);
     }
     let folder = SkillFolder::at(&assets::skill(&args.skill)?);

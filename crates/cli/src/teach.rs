@@ -36,7 +36,7 @@ pub(crate) struct Desk {
     described: Vec<wire::CatalogueClass>,
     /// What the classes look like, with the revision that was looked at.
     looks: BTreeMap<String, (Option<i64>, Vec<wire::ClassPart>)>,
-    answered: VecDeque<(String, EditOutcome)>,
+    answered: VecDeque<(wire::EditRequest, EditOutcome)>,
     aperture_max_m: f64,
 }
 
@@ -118,8 +118,16 @@ impl Desk {
 
     /// Applies what a page asks for, and answers what has become of it.
     pub(crate) fn answer(&mut self, request: &wire::EditRequest, when_secs: f64) -> EditOutcome {
-        if let Some((_, outcome)) = self.answered.iter().find(|(id, _)| *id == request.id) {
-            return outcome.clone();
+        let of_this_id = |(asked, _): &&(wire::EditRequest, EditOutcome)| asked.id == request.id;
+        if let Some((asked, outcome)) = self.answered.iter().find(of_this_id) {
+            if asked == request {
+                return outcome.clone();
+            }
+            let reason = format!(
+                "id `{}` was that of another edit; ask under a new one",
+                request.id
+            );
+            return EditOutcome::Refused { reason };
         }
         let outcome = match self.apply(request, when_secs) {
             Ok((entry, what)) => EditOutcome::Accepted {
@@ -131,8 +139,7 @@ impl Desk {
         if self.answered.len() >= ANSWERED_MAX {
             self.answered.pop_front();
         }
-        self.answered
-            .push_back((request.id.clone(), outcome.clone()));
+        self.answered.push_back((request.clone(), outcome.clone()));
         outcome
     }
 

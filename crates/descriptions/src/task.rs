@@ -197,8 +197,13 @@ impl TaskSpec {
                 wanted: wanted.to_owned(),
             })
         };
-        if self.name.is_empty() {
-            return bad("name", "empty".to_owned(), "a name");
+        let is_name = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ');
+        if self.name.trim_matches('.').is_empty() || !self.name.chars().all(is_name) {
+            return bad(
+                "name",
+                format!("`{}`", self.name),
+                "letters, digits, `-`, `_`, `.` or spaces",
+            );
         }
         for (field, value) in [("start", self.start), ("goal", self.goal)] {
             if !value.is_finite() {
@@ -315,6 +320,10 @@ mod tests {
     #[test]
     fn what_makes_no_sense_is_refused_by_name() {
         let error = |from: &str, to: &str| load(&DOOR.replace(from, to)).unwrap_err();
+        for name in ["", "..", "../../door", "a/b"] {
+            let error = error("name = \"door\"", &format!("name = \"{name}\""));
+            assert!(error.contains("`name`"), "{error}");
+        }
         insta::assert_snapshot!(error("goal = 0.3", "goal = 0.0"),
             @"`door.toml`: `goal` is 0, where the joint starts, expected another position than `start`");
         insta::assert_snapshot!(error("[0.4, 0.5]", "[0.5, 0.4]"),

@@ -149,7 +149,7 @@ impl MotorError {
             | Self::Taken { .. }
             | Self::Format { .. }
             | Self::Stored { .. } => true,
-            Self::Rig(error) => matches!(error, RigError::Task { .. } | RigError::Size { .. }),
+            Self::Rig(error) => error.is_of_input(),
             Self::Motion(_)
             | Self::Dmp(_)
             | Self::Search(_)

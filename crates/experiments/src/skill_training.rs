@@ -17,6 +17,7 @@ use factotum_skills::cip::{Primitive, PrimitiveError};
 use factotum_worlds::{RigError, TaskRig};
 
 use crate::skill_folder::{SkillFolder, SkillFolderError, SkillRecord};
+use crate::storage::StorageError;
 
 /// Why a skill could not be trained or judged.
 #[derive(Debug, thiserror::Error)]
@@ -43,11 +44,11 @@ impl SkillError {
     /// Whether it is the user's to mend: a task, a folder, a file.
     pub fn is_of_input(&self) -> bool {
         match self {
-            Self::Folder(error) => !matches!(error, SkillFolderError::Storage(_)),
-            Self::Rig(error) => matches!(
-                error,
-                RigError::Task { .. } | RigError::Description(_) | RigError::Physics { .. }
-            ),
+            Self::Folder(SkillFolderError::Storage(error)) => {
+                matches!(error, StorageError::Read { .. })
+            }
+            Self::Folder(_) => true,
+            Self::Rig(error) => error.is_of_input(),
             Self::Training(error) => matches!(
                 error,
                 TrainingError::NoGrasp { .. }

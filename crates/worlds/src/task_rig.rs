@@ -82,6 +82,16 @@ pub enum RigError {
     },
 }
 
+impl RigError {
+    /// Whether it is the user's to mend: a task, or a model that it names.
+    pub fn is_of_input(&self) -> bool {
+        matches!(
+            self,
+            Self::Task { .. } | Self::Size { .. } | Self::Description(_) | Self::Physics { .. }
+        )
+    }
+}
+
 /// Everything that is looked up once.
 #[derive(Debug)]
 struct Ids {

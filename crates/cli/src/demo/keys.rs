@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use factotum_skills::cip::rig::Rig as _;
 use factotum_worlds::TaskRig;
 use nalgebra::{DVector, Matrix6, Vector6};
+use rustix::termios::{OptionalActions, Termios, tcgetattr, tcsetattr};
 
 use crate::console::Console;
 
@@ -56,10 +57,29 @@ pub(super) struct Keyboard {
 }
 
 enum Keys {
-    /// As they are pressed.
-    Live(Receiver<char>),
+    /// As they are pressed, on a terminal that is left as it was found.
+    Live(
+        Receiver<char>,
+        #[expect(dead_code, reason = "for its drop")] Option<TerminalMode>,
+    ),
     /// All there are, the last first.
     Script(Vec<char>),
+}
+
+/// The terminal's mode, which comes back in the end: whoever waits for a key has it changed.
+struct TerminalMode(Termios);
+
+impl TerminalMode {
+    fn now() -> Option<Self> {
+        tcgetattr(std::io::stdin()).ok().map(Self)
+    }
+}
+
+impl Drop for TerminalMode {
+    fn drop(&mut self) {
+        // Where it fails there is no terminal any more.
+        let _gone = tcsetattr(std::io::stdin(), OptionalActions::Now, &self.0);
+    }
 }
 
 /// What moves now.
@@ -74,6 +94,7 @@ enum Motion {
 impl Keyboard {
     pub(super) fn new() -> anyhow::Result<Self> {
         let keys = if std::io::stdin().is_terminal() {
+            let mode = TerminalMode::now();
             let (sender, receiver) = sync_channel(64);
             // It waits for the last key until the program ends.
             std::thread::Builder::new()
@@ -86,7 +107,7 @@ impl Keyboard {
                         }
                     }
                 })?;
-            Keys::Live(receiver)
+            Keys::Live(receiver, mode)
         } else {
             let mut text = String::new();
             std::io::stdin().read_to_string(&mut text)?;
@@ -115,7 +136,7 @@ impl Keyboard {
             self.move_by(rig, action);
         }
         self.secs += step_secs;
-        if matches!(self.keys, Keys::Live(_)) {
+        if matches!(self.keys, Keys::Live(..)) {
             let begun = *self.begun.get_or_insert_with(Instant::now);
             let due = Duration::from_secs_f64(self.secs);
             std::thread::sleep(due.saturating_sub(begun.elapsed()));
@@ -139,7 +160,7 @@ impl Keyboard {
     fn listen(&mut self, n_joints: usize) -> bool {
         loop {
             let key = match &mut self.keys {
-                Keys::Live(keys) => match keys.try_recv() {
+                Keys::Live(keys, _) => match keys.try_recv() {
                     Ok(key) => key,
                     Err(TryRecvError::Empty) => return true,
                     Err(TryRecvError::Disconnected) => return false,

@@ -209,10 +209,14 @@ pub(super) fn motor_run(args: &TrainArgs) -> anyhow::Result<Option<MotorRun>> {
             task.name
         )));
     }
-    if record.rollouts < 2 {
+    /// Every rollout of an epoch is kept until its end.
+    const ROLLOUTS: std::ops::RangeInclusive<u32> = 2..=10_000;
+    if !ROLLOUTS.contains(&record.rollouts) {
         return Err(usage(format!(
-            "--rollouts is {}, expected at least 2",
-            record.rollouts
+            "--rollouts is {}, expected {} to {}",
+            record.rollouts,
+            ROLLOUTS.start(),
+            ROLLOUTS.end()
         )));
     }
     Ok(Some(MotorRun {

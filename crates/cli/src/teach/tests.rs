@@ -347,6 +347,14 @@ fn a_request_that_comes_again_is_answered_and_not_applied_again() {
     let first = desk.answer(&request, 3.0);
     assert_eq!(desk.answer(&request, 4.0), first);
     assert_eq!(desk.aosm().objects.len(), 1);
+    let other = EditRequest {
+        edit: add("flask", 2.0),
+        ..request
+    };
+    let EditOutcome::Refused { reason } = desk.answer(&other, 5.0) else {
+        panic!("an answer to another edit was given");
+    };
+    assert!(reason.contains("`5eed`"), "{reason}");
 }
 
 #[test]

@@ -72,11 +72,17 @@ impl MotorTraining<'_> {
         tell: &mut dyn FnMut(&EpochRecord),
     ) -> Result<MotorSummary, MotorError> {
         let folder = self.folder;
+        let recorded = if self.resume {
+            folder.demonstrations()?
+        } else {
+            self.recorded.to_vec()
+        };
+        let mut rig = MotorRig::new(self.task)?;
+        let (mut search, demo) = begin(&mut rig, self.record, &recorded)?;
+        // What cannot begin leaves nothing behind.
         if !self.resume {
             folder.begin(self.record, self.recorded)?;
         }
-        let mut rig = MotorRig::new(self.task)?;
-        let (mut search, demo) = begin(&mut rig, self.record, &self.folder.demonstrations()?)?;
         if let Some(demo) = &demo {
             planned(demo);
         }

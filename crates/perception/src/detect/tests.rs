@@ -176,7 +176,10 @@ fn thinning_leaves_no_band_bare() {
                 .iter()
                 .filter(|&index| columns.contains(&(index % n_columns)))
                 .count();
-            assert!(n > wanted / 2, "{n} of {wanted} in band {band} of {n_columns} columns");
+            assert!(
+                n > wanted / 2,
+                "{n} of {wanted} in band {band} of {n_columns} columns"
+            );
         }
     }
 }
