@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::assets;
 use crate::console::{Answer, Console, usage};
-use crate::skill::Video;
+use crate::skill::filmed;
 use keys::Keyboard;
 
 /// What a recorded motion is called on disk.
@@ -143,19 +143,9 @@ fn replay(args: &ReplayArgs, console: &Console) -> anyhow::Result<Answer> {
     let task = TaskSpec::load(&assets::task(&name)?).map_err(usage)?;
     let mut rig = MotorRig::new(&task).map_err(of_input)?;
     rig.check_demo(&args.file, &motion).map_err(usage)?;
-    let mut video = args.video.as_deref().map(Video::new).transpose()?;
-    let rollout = rig
-        .replay(&motion, &mut |rig| {
-            if let Some(video) = &mut video {
-                video.see(rig);
-            }
-        })
-        .map_err(of_input)?;
-    if let Some(video) = video {
-        for file in video.finish()? {
-            console.say(format_args!("`{}`", file.display()));
-        }
-    }
+    let rollout = filmed(args.video.as_deref(), console, |see| {
+        rig.replay(&motion, see).map_err(of_input)
+    })?;
     let recorded = motion.samples().last().map(|sample| sample.object);
     let document = json!({
         "return": rollout.total_reward,

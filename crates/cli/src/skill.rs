@@ -28,7 +28,7 @@ use curve::Curve;
 use motor::MotorArgs;
 use run::RunArgs;
 use stopwatch::Stopwatch;
-pub(crate) use video::Video;
+pub(crate) use video::filmed;
 
 /// Episodes of a contact skill that are the robot's own plan, with `--init plan`: as many as the dissertation's demonstrations of
 /// a motor skill.
@@ -338,7 +338,6 @@ fn eval_command(args: &EvalArgs, console: &Console) -> anyhow::Result<Answer> {
     let task = load_task(&record.task)?;
     console.progress(format!("{} rollouts of {}", args.rollouts, task.name));
     let perturbation = args.perturb.checked()?;
-    let mut video = args.video.as_deref().map(Video::new).transpose()?;
     let judging = Judging {
         folder: &folder,
         task: &task,
@@ -348,17 +347,9 @@ fn eval_command(args: &EvalArgs, console: &Console) -> anyhow::Result<Answer> {
         rollouts: args.rollouts,
         seed: args.seed,
     };
-    let judged = judging.run(&mut |rig| {
-        if let Some(video) = &mut video {
-            video.see(rig);
-        }
-    });
-    let (evaluation, _) = judged.map_err(of_input)?;
-    if let Some(video) = video {
-        for file in video.finish()? {
-            console.say(format_args!("`{}`", file.display()));
-        }
-    }
+    let (evaluation, _) = filmed(args.video.as_deref(), console, |see| {
+        judging.run(see).map_err(of_input)
+    })?;
     let document = json!({
         "success_rate": evaluation.success_rate,
         "violation_rate": evaluation.violation_rate,

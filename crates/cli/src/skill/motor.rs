@@ -14,7 +14,7 @@ use factotum_experiments::motor::{
 use factotum_skills::bootstrap::PlannedDemo;
 use serde_json::json;
 
-use super::video::Video;
+use super::video::filmed;
 use super::{TrainArgs, load_task};
 use crate::assets;
 use crate::console::{Answer, Console, tell, usage};
@@ -330,19 +330,7 @@ pub(super) fn judge(dir: &Path, video: Option<&Path>, console: &Console) -> anyh
         n_epochs: 0,
         resume: true,
     };
-    let mut video = video.map(Video::new).transpose()?;
-    let rollout = training
-        .judge(&mut |rig| {
-            if let Some(video) = &mut video {
-                video.see(rig);
-            }
-        })
-        .map_err(of_input)?;
-    if let Some(video) = video {
-        for file in video.finish()? {
-            console.say(format_args!("`{}`", file.display()));
-        }
-    }
+    let rollout = filmed(video, console, |see| training.judge(see).map_err(of_input))?;
     let document = json!({
         "return": rollout.total_reward,
         "object_state": rollout.object_state,

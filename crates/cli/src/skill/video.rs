@@ -12,7 +12,7 @@ use factotum_skills::cip::rig::Rig as _;
 use factotum_worlds::{TaskRig, VisualBody};
 use nalgebra::{Point3, Vector3};
 
-use crate::console::now;
+use crate::console::{Console, now};
 use crate::wire_view::{pose_of, scene_of};
 
 /// Rollouts that are kept.
@@ -25,7 +25,7 @@ const MOMENTS_BEFORE: usize = 12;
 const N_PICTURES: usize = 6;
 
 /// Looks on while a skill is judged.
-pub(crate) struct Video {
+struct Video {
     dir: PathBuf,
     takes: Vec<Take>,
     set: Option<Set>,
@@ -43,9 +43,29 @@ struct Set {
     bodies: Vec<(BodyId, VisualBody)>,
 }
 
+/// Runs something that lets its rig be seen, keeps what is seen in a folder if one is given, and says which files it left.
+pub(crate) fn filmed<T>(
+    dir: Option<&Path>,
+    console: &Console,
+    run: impl FnOnce(&mut dyn FnMut(&TaskRig)) -> anyhow::Result<T>,
+) -> anyhow::Result<T> {
+    let mut video = dir.map(Video::new).transpose()?;
+    let done = run(&mut |rig| {
+        if let Some(video) = &mut video {
+            video.see(rig);
+        }
+    })?;
+    if let Some(video) = video {
+        for file in video.finish()? {
+            console.say(format_args!("`{}`", file.display()));
+        }
+    }
+    Ok(done)
+}
+
 impl Video {
     /// Into a folder, which is made.
-    pub(crate) fn new(dir: &Path) -> anyhow::Result<Self> {
+    fn new(dir: &Path) -> anyhow::Result<Self> {
         std::fs::create_dir_all(dir).with_context(|| format!("cannot make `{}`", dir.display()))?;
         Ok(Self {
             dir: dir.to_owned(),
@@ -55,7 +75,7 @@ impl Video {
     }
 
     /// Sees a moment of the rig.
-    pub(crate) fn see(&mut self, rig: &TaskRig) {
+    fn see(&mut self, rig: &TaskRig) {
         let state = rig.state();
         if self.set.is_none()
             && let Ok(own) = State::new(state.model())
@@ -82,7 +102,7 @@ impl Video {
     }
 
     /// Writes all that was seen; the files.
-    pub(crate) fn finish(mut self) -> anyhow::Result<Vec<PathBuf>> {
+    fn finish(mut self) -> anyhow::Result<Vec<PathBuf>> {
         self.takes
             .retain(|take| take.moments.len() > MOMENTS_BEFORE);
         let mut files = Vec::new();
