@@ -78,3 +78,15 @@ export function composed(aFromB: Pose, bFromC: Pose): Pose {
   const whole = turn.multiply(new Quaternion(...bFromC.orientation_xyzw)).normalize();
   return { position: [at.x, at.y, at.z], orientation_xyzw: [whole.x, whole.y, whole.z, whole.w] };
 }
+
+export const IDENTITY: Pose = { position: [0, 0, 0], orientation_xyzw: [0, 0, 0, 1] };
+
+/** B from a, from a from b. */
+export function inverted(aFromB: Pose): Pose {
+  const [x, y, z, w] = aFromB.orientation_xyzw;
+  const [px, py, pz] = aFromB.position;
+  return composed(
+    { position: [0, 0, 0], orientation_xyzw: [-x, -y, -z, w] },
+    { position: [-px, -py, -pz], orientation_xyzw: [0, 0, 0, 1] },
+  );
+}

@@ -9,10 +9,11 @@ import { learnPanel } from "./panels/learn_panel";
 import { legendPanel } from "./panels/legend_panel";
 import { planPanel } from "./panels/plan_panel";
 import { statusBar } from "./panels/status_bar";
-import type { Desk } from "./panels/teach/step";
 import { Store } from "./store";
+import type { Desk } from "./teach/desk";
 import { Edits } from "./teach/edits";
 import { browserStorage, keepHand } from "./teach/hand";
+import { savePlace } from "./teach/things";
 import { TEXT } from "./text";
 import type { View } from "./view/view";
 
@@ -38,7 +39,7 @@ async function main(): Promise<void> {
   connection.open();
 
   // The panels work before the renderer has arrived, and without it. Who teaches needs its arithmetic of poses.
-  const { teachPanel, savePlace } = await import("./panels/teach_panel");
+  const { teachPanel } = await import("./panels/teach_panel");
   panels.prepend(teachPanel(desk));
   const { createView } = await import("./view/view");
   view = createView(store, stage, () => void savePlace(desk));

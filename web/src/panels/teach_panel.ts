@@ -2,16 +2,15 @@
 
 import { element, icon, setAttributes } from "../dom";
 import type { HistoryEntry } from "../protocol";
+import type { Desk } from "../teach/desk";
 import { type Lesson, stepIndex, STEPS, subjectOf } from "../teach/lesson";
 import { TEACH } from "../text";
 import { actionsStep, actionStep } from "./teach/action_steps";
 import { classStep } from "./teach/class_step";
 import { graspsStep, graspStep } from "./teach/grasp_steps";
 import { overviewStep } from "./teach/overview_step";
-import { placeStep, savePlace } from "./teach/place_step";
-import { button, type Desk, type StepView } from "./teach/step";
-
-export { savePlace };
+import { placeStep } from "./teach/place_step";
+import { button, type StepView } from "./teach/step";
 
 export function teachPanel(desk: Desk): HTMLElement {
   const { store } = desk;

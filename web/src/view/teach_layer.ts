@@ -4,12 +4,12 @@
 import { type Camera, Color, Group, MeshLambertMaterial, type Object3D } from "three";
 import { TransformControls } from "three/addons/controls/TransformControls.js";
 
-import { composed, place, poseOf } from "../frames";
+import { composed, IDENTITY, place, poseOf } from "../frames";
 import { REGION_COLOURS, regionColour } from "../palette";
-import type { Action, Grasp, Pose, Teaching } from "../protocol";
+import type { Action, Grasp, Pose } from "../protocol";
 import type { Store } from "../store";
+import { dragTo, heldOf, targetOf } from "../teach/drag";
 import { type Draft, type Lesson, subjectOf, type Subject } from "../teach/lesson";
-import { GRID, settled } from "../teach/settle";
 import { ClassModel } from "./class_model";
 import { gripper } from "./gripper";
 
@@ -79,48 +79,12 @@ export class TeachLayer {
     });
   }
 
-  /** The gizmo has moved what it holds: the draft follows, slowed down and drawn to the grid. */
+  /** The gizmo has moved what it holds. */
   private drag(): void {
-    const { store, start } = this;
-    const subject = subjectOf(store.get("lesson"), store.get("teaching"));
-    if (start === null || subject === null) {
-      return;
+    const at = this.start && dragTo(this.store, this.start, poseOf(this.held));
+    if (at !== null) {
+      place(this.held, at);
     }
-    const grid = store.get("lesson").step === "place" ? GRID.home : GRID.hand;
-    const base = this.baseOf(subject);
-    const inverse = inverted(base);
-    // Settled in the frame in which people see the numbers.
-    const pose = settled(composed(inverse, start), composed(inverse, poseOf(this.held)), store.get("hand"), grid);
-    place(this.held, composed(base, pose));
-    const { grasp, action } = store.get("draft");
-    switch (store.get("lesson").step) {
-      case "place":
-        store.drafted({ pose });
-        return;
-      case "grasp":
-        if (grasp !== null) {
-          store.drafted({ grasp: { ...grasp, object_from_tool: pose } });
-        }
-        return;
-      case "action":
-        if (action?.motion.kind === "put_into") {
-          store.drafted({ action: { ...action, motion: { ...action.motion, target_from_object: pose } } });
-        }
-        return;
-    }
-  }
-
-  /** The frame in which what the gizmo holds is given: the world, the object, or what it is put into. */
-  private baseOf(subject: Subject): Pose {
-    const { lesson, motion } = { lesson: this.store.get("lesson"), motion: this.store.get("draft").action?.motion };
-    if (lesson.step === "action" && motion?.kind === "put_into") {
-      return this.targetOf(motion.class) ?? IDENTITY;
-    }
-    return lesson.step === "place" ? IDENTITY : subject.object.pose;
-  }
-
-  private targetOf(name: string): Pose | null {
-    return targetOf(name, this.store.get("teaching"));
   }
 
   private show(): void {
@@ -172,11 +136,7 @@ export class TeachLayer {
     if (step === "grasp" && grasp !== null) {
       this.held.add(gripper(grasp.aperture_m, this.solid));
     }
-    const isHeld =
-      step === "place" ||
-      (step === "grasp" && grasp !== null) ||
-      (step === "action" && action?.motion.kind === "put_into" && this.targetOf(action.motion.class) !== null);
-    if (isHeld) {
+    if (heldOf(this.store.get("lesson"), this.store.get("draft"), this.store.get("teaching")) !== null) {
       this.controls.attach(this.held);
     }
   }
@@ -203,7 +163,7 @@ export class TeachLayer {
       });
       return;
     }
-    const target = this.targetOf(motion.class);
+    const target = targetOf(motion.class, this.store.get("teaching"));
     const [put] = this.ghosts;
     if (put !== undefined) {
       put.root.visible = target !== null;
@@ -228,20 +188,6 @@ export class TeachLayer {
       place(this.held, composed(worldFromObject, draft.grasp.object_from_tool));
     }
   }
-}
-
-/** Where the first object of a class stands: the one that a release is shown at. */
-export function targetOf(name: string, teaching: Teaching | null): Pose | null {
-  return teaching?.objects.find((object) => object.class === name)?.pose ?? null;
-}
-
-const IDENTITY: Pose = { position: [0, 0, 0], orientation_xyzw: [0, 0, 0, 1] };
-
-function inverted(pose: Pose): Pose {
-  const [x, y, z, w] = pose.orientation_xyzw;
-  const back: Pose = { position: [0, 0, 0], orientation_xyzw: [-x, -y, -z, w] };
-  const [px, py, pz] = pose.position;
-  return composed(back, { position: [-px, -py, -pz], orientation_xyzw: [0, 0, 0, 1] });
 }
 
 function kindOf(action: Action | null): string {

@@ -6,6 +6,7 @@ import { element } from "../dom";
 import { Z_UP_TO_Y_UP } from "../frames";
 import type { State } from "../protocol";
 import type { Store } from "../store";
+import { targetOf } from "../teach/drag";
 import { subjectOf } from "../teach/lesson";
 import { clockText, sceneSummary } from "../text";
 import { Bodies } from "./bodies";
@@ -16,7 +17,7 @@ import { PathLayer } from "./path_layer";
 import { Quality } from "./quality";
 import { RegionsLayer } from "./regions_layer";
 import { Surroundings } from "./surroundings";
-import { targetOf, TeachLayer } from "./teach_layer";
+import { TeachLayer } from "./teach_layer";
 import { currentTheme, onThemeChange } from "./theme";
 
 /** Longer gaps are pauses, not slow frames. */

@@ -1,26 +1,36 @@
 // What can be done with a thing: the list of it, and the action that is being told.
 
 import { element } from "../../dom";
-import type { Action, ActionMotion, TaughtClass } from "../../protocol";
-import { effectAt, firstAction, plainName, releaseOver, type Subject } from "../../teach/lesson";
+import type { Action } from "../../protocol";
+import { type Desk, goTo, withSubject } from "../../teach/desk";
+import {
+  APPROACH_M,
+  canSaveAction,
+  changeAction,
+  changeJoint,
+  changePut,
+  chooseJoint,
+  choosePut,
+  forgetAction,
+  type JointMotion,
+  newAction,
+  openAction,
+  saveAction,
+  targets,
+} from "../../teach/doing";
+import { plainName, type Subject } from "../../teach/lesson";
 import { TEACH, words } from "../../text";
-import { sizeOf } from "../../view/class_model";
 import { choiceField, CM, DEGREES, type Field, numberField, sliderField, textField } from "../fields";
 import { poseFields } from "../pose_fields";
 import { dragTools } from "./drag_tools";
-import { button, type Desk, goTo, isAt, row, type StepView, withSubject } from "./step";
+import { button, row, type StepView } from "./step";
 
-export function actionsStep(desk: Desk, { object, of }: Subject): StepView {
+export function actionsStep(desk: Desk, { of }: Subject): StepView {
   const empty = element("p", { class: "empty" }, TEACH.actionsEmpty);
   const none = element("p", { class: "aside" }, TEACH.noContainer);
   const list = element("ul", { class: "things" });
-  const open = (kind: ActionMotion["kind"]) => (): void => {
-    const [target] = targets(desk, of);
-    const action = firstAction(kind, of, target ?? null, sizeOf(target ?? { parts: [] }));
-    desk.store.learn({ step: "action", object: object.name, name: "" }, { pose: null, grasp: null, action });
-  };
-  const into = button(TEACH.addPutInto, open("put_into"), { icon: "add" });
-  const joint = button(TEACH.addJoint, open("joint"), { icon: "add" });
+  const into = button(TEACH.addPutInto, () => newAction(desk, "put_into"), { icon: "add" });
+  const joint = button(TEACH.addJoint, () => newAction(desk, "joint"), { icon: "add" });
   return {
     title: TEACH.actionsTitle(of.name),
     body: TEACH.actionsBody,
@@ -48,12 +58,7 @@ export function actionsStep(desk: Desk, { object, of }: Subject): StepView {
   };
 }
 
-/** Classes that a thing can be put into: those of the home but its own. */
-function targets(desk: Desk, of: TaughtClass): TaughtClass[] {
-  return (desk.store.get("teaching")?.classes ?? []).filter((other) => other.name !== of.name && !other.movable);
-}
-
-function item(desk: Desk, { object, of }: Subject, action: Action): HTMLElement {
+function item(desk: Desk, subject: Subject, action: Action): HTMLElement {
   const name = words(action.name);
   const { motion } = action;
   const what = motion.kind === "joint" ? `${words(motion.joint)}: ${words(motion.effect)}` : `into ${words(motion.class)}`;
@@ -62,16 +67,8 @@ function item(desk: Desk, { object, of }: Subject, action: Action): HTMLElement 
     {},
     element("b", {}, name),
     element("span", { class: "aside" }, what),
-    button(
-      TEACH.change,
-      () => desk.store.learn({ step: "action", object: object.name, name: action.name }, { pose: null, grasp: null, action }),
-      { name: `${TEACH.change} ${name}` },
-    ),
-    button(
-      TEACH.forget,
-      () => void desk.edits.ask({ kind: "remove_action", class: of.name, name: action.name }),
-      { name: `${TEACH.forget} ${name}` },
-    ),
+    button(TEACH.change, () => openAction(desk, subject, action), { name: `${TEACH.change} ${name}` }),
+    button(TEACH.forget, () => forgetAction(desk, subject, action.name), { name: `${TEACH.forget} ${name}` }),
   );
 }
 
@@ -84,12 +81,7 @@ interface Side {
 export function actionStep(desk: Desk, subject: Subject, existing: string): StepView {
   const { of } = subject;
   const kind = desk.store.get("draft").action?.motion.kind ?? "put_into";
-  const change = (changed: Partial<Action>): void => {
-    const { action } = desk.store.get("draft");
-    if (action !== null) {
-      desk.store.drafted({ action: { ...action, ...changed } });
-    }
-  };
+  const change = (changed: Partial<Action>): void => changeAction(desk, changed);
   const name = textField(TEACH.name, (text) => change({ name: plainName(text) }));
   name.node.hidden = existing !== "";
   const grasps = of.grasps.map((grasp) => [grasp.name, words(grasp.name)] as const);
@@ -98,19 +90,8 @@ export function actionStep(desk: Desk, subject: Subject, existing: string): Step
   );
   const near = distanceField(TEACH.nearest, 0, change, desk);
   const far = distanceField(TEACH.farthest, 1, change, desk);
-  const side = kind === "joint" ? jointSide(desk, subject, change) : intoSide(desk, subject, change);
-  const save = button(TEACH.save, () => void run(), { primary: true });
-  const run = async (): Promise<void> => {
-    const lesson = desk.store.get("lesson");
-    const { action } = desk.store.get("draft");
-    if (action === null) {
-      return;
-    }
-    const outcome = await desk.edits.ask({ kind: "put_action", class: of.name, action });
-    if (outcome.kind === "accepted" && isAt(desk, lesson)) {
-      goTo(desk, "actions");
-    }
-  };
+  const side = kind === "joint" ? jointSide(desk, subject) : intoSide(desk, subject);
+  const save = button(TEACH.save, () => void saveAction(desk, subject), { primary: true });
   return {
     title: TEACH.actionTitle(of.name),
     body: kind === "joint" ? TEACH.jointBody : TEACH.putIntoBody,
@@ -126,11 +107,10 @@ export function actionStep(desk: Desk, subject: Subject, existing: string): Step
       if (action !== null) {
         name.show(action.name);
         grasp.show(action.grasp ?? "");
-        near.show(action.approach?.distance_m[0] ?? 0.8);
-        far.show(action.approach?.distance_m[1] ?? 1.25);
+        near.show(action.approach?.distance_m[0] ?? APPROACH_M[0]);
+        far.show(action.approach?.distance_m[1] ?? APPROACH_M[1]);
         side.show(action);
-        const { motion } = action;
-        save.disabled = action.name === "" || (motion.kind === "joint" ? motion.effect === "" : motion.class === "");
+        save.disabled = !canSaveAction(desk);
       }
     },
   };
@@ -143,30 +123,15 @@ function distanceField(
   desk: Desk,
 ): Field<number> {
   return numberField(label, CM, (value) => {
-    const [near, far] = desk.store.get("draft").action?.approach?.distance_m ?? [0.8, 1.25];
+    const [near, far] = desk.store.get("draft").action?.approach?.distance_m ?? APPROACH_M;
     change({ approach: { distance_m: index === 0 ? [value, far] : [near, value] } });
   });
 }
 
-function intoSide(desk: Desk, { of }: Subject, change: (changed: Partial<Action>) => void): Side {
-  const motionNow = (): Extract<ActionMotion, { kind: "put_into" }> | null => {
-    const motion = desk.store.get("draft").action?.motion;
-    return motion?.kind === "put_into" ? motion : null;
-  };
-  const classes = targets(desk, of).map((other) => [other.name, words(other.name)] as const);
-  const into = choiceField(TEACH.into, classes, (name) => {
-    const target = targets(desk, of).find((other) => other.name === name);
-    const motion = motionNow();
-    if (target !== undefined && motion !== null) {
-      change({ motion: { ...motion, class: name, ...releaseOver(sizeOf(target)) } });
-    }
-  });
-  const pose = poseFields((target_from_object) => {
-    const motion = motionNow();
-    if (motion !== null) {
-      change({ motion: { ...motion, target_from_object } });
-    }
-  });
+function intoSide(desk: Desk, subject: Subject): Side {
+  const classes = targets(desk, subject.of).map((other) => [other.name, words(other.name)] as const);
+  const into = choiceField(TEACH.into, classes, (name) => choosePut(desk, subject, name));
+  const pose = poseFields((target_from_object) => changePut(desk, { target_from_object }));
   const missing = element("p", { class: "aside" }, TEACH.noTarget);
   return {
     nodes: [into.node, missing, dragTools(desk.store), pose.node],
@@ -181,21 +146,10 @@ function intoSide(desk: Desk, { of }: Subject, change: (changed: Partial<Action>
   };
 }
 
-function jointSide(desk: Desk, { of }: Subject, change: (changed: Partial<Action>) => void): Side {
-  const set = (changed: Partial<Extract<ActionMotion, { kind: "joint" }>>): void => {
-    const motion = desk.store.get("draft").action?.motion;
-    if (motion?.kind === "joint") {
-      const next = { ...motion, ...changed };
-      const effect = "effect" in changed ? next.effect : effectAt(of, next.joint, next.termination, next.effect);
-      change({ motion: { ...next, effect } });
-    }
-  };
-  const part = choiceField(TEACH.part, of.joints.map(({ name }) => [name, words(name)] as const), (name) => {
-    const joint = of.joints.find((other) => other.name === name);
-    if (joint !== undefined) {
-      set({ joint: name, initiation: joint.range[0], termination: joint.range[1] });
-    }
-  });
+function jointSide(desk: Desk, { of }: Subject): Side {
+  const set = (changed: Partial<JointMotion>): void => changeJoint(desk, of, changed);
+  const joints = of.joints.map(({ name }) => [name, words(name)] as const);
+  const part = choiceField(TEACH.part, joints, (name) => chooseJoint(desk, of, name));
   const sliders = element("div", {});
   let shownJoint = "";
   let begins: Field<number> | null = null;

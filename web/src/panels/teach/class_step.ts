@@ -1,12 +1,14 @@
 // The kind of a thing: one that is known, one that comes with the robot, or one made of a shape.
 
 import { element } from "../../dom";
-import type { EditOutcome, Form } from "../../protocol";
+import type { Form } from "../../protocol";
+import type { Desk } from "../../teach/desk";
 import { plainName } from "../../teach/lesson";
+import { firstForm, makeClass, putDown, takeClass } from "../../teach/things";
 import { TEACH, words } from "../../text";
 import { checkField, choiceField, CM, type Field, numberField, textField } from "../fields";
 import { replaced } from "../pose_fields";
-import { button, type Desk, isAt, row, type StepView } from "./step";
+import { button, row, type StepView } from "./step";
 
 export function classStep(desk: Desk): StepView {
   const known = element("div", { class: "choices" });
@@ -49,7 +51,7 @@ export function classStep(desk: Desk): StepView {
           return one.used ? [choose] : [element("span", { class: "pair" }, choose, forget(one.name))];
         }),
       );
-      catalogue.replaceChildren(...names.catalogue.map((one) => choice(one, () => void take(desk, one.name))));
+      catalogue.replaceChildren(...names.catalogue.map((one) => choice(one, () => void takeClass(desk, one.name))));
     },
   };
 }
@@ -58,9 +60,9 @@ export function classStep(desk: Desk): StepView {
 function maker(desk: Desk): HTMLElement {
   let name = "";
   let movable = true;
-  let form: Form = { kind: "cylinder", diameter_m: 0.065, height_m: 0.2 };
+  let form = firstForm("cylinder");
   const sizes = element("div", { class: "three" });
-  const make = button(TEACH.makeIt, () => void run(), { primary: true });
+  const make = button(TEACH.makeIt, () => void makeClass(desk, name, form, movable), { primary: true });
   const showSizes = (): void => {
     const fields = sizeFields(form.kind, (changed) => {
       form = changed;
@@ -74,20 +76,13 @@ function maker(desk: Desk): HTMLElement {
     make.disabled = name === "";
   });
   const shape = choiceField(TEACH.shape, [["cylinder", TEACH.cylinder], ["box", TEACH.box]], (kind) => {
-    form = kind === "box" ? { kind, size_m: [0.2, 0.2, 0.2] } : { kind: "cylinder", diameter_m: 0.065, height_m: 0.2 };
+    form = firstForm(kind === "box" ? "box" : "cylinder");
     showSizes();
   });
   const carry = checkField(TEACH.movable, (checked) => (movable = checked));
   carry.show(true);
   make.disabled = true;
   showSizes();
-  const run = async (): Promise<void> => {
-    const lesson = desk.store.get("lesson");
-    const outcome = await desk.edits.ask({ kind: "make_class", name, form, movable });
-    if (isAccepted(outcome) && isAt(desk, lesson)) {
-      await putDown(desk, name);
-    }
-  };
   return element(
     "section",
     {},
@@ -143,31 +138,4 @@ export function sizeFields(kind: Form["kind"], set: (form: Form) => void): reado
       (form, value) => (form.kind === "box" ? { ...form, size_m: replaced(form.size_m, axis, value) } : form),
     ),
   );
-}
-
-/** Takes a class of the catalogue into the home, and puts an object of it where the person looks. */
-async function take(desk: Desk, name: string): Promise<void> {
-  const lesson = desk.store.get("lesson");
-  const outcome = await desk.edits.ask({ kind: "take_class", name });
-  if (isAccepted(outcome) && isAt(desk, lesson)) {
-    await putDown(desk, name);
-  }
-}
-
-async function putDown(desk: Desk, name: string): Promise<void> {
-  const lesson = desk.store.get("lesson");
-  const [x, y] = desk.lookedAt();
-  const rounded = (value: number): number => Math.round(20 * value) / 20;
-  const outcome = await desk.edits.ask({
-    kind: "add_object",
-    class: name,
-    pose: { position: [rounded(x), rounded(y), 0], orientation_xyzw: [0, 0, 0, 1] },
-  });
-  if (outcome.kind === "accepted" && isAt(desk, lesson)) {
-    desk.store.learn({ step: "place", object: outcome.what });
-  }
-}
-
-function isAccepted(outcome: EditOutcome): boolean {
-  return outcome.kind === "accepted";
 }

@@ -2,23 +2,19 @@
 
 import { element } from "../../dom";
 import type { Grasp } from "../../protocol";
-import { firstGrasp, plainName, type Subject } from "../../teach/lesson";
+import { type Desk, goTo, withSubject } from "../../teach/desk";
+import { beginGrasp, canSaveGrasp, changeGrasp, forgetGrasp, openGrasp, saveGrasp } from "../../teach/holding";
+import { plainName, type Subject } from "../../teach/lesson";
 import { TEACH, words } from "../../text";
-import { sizeOf } from "../../view/class_model";
 import { checkField, CM, numberField, textField } from "../fields";
 import { poseFields } from "../pose_fields";
 import { dragTools } from "./drag_tools";
-import { button, type Desk, goTo, isAt, row, type StepView, withSubject } from "./step";
+import { button, row, type StepView } from "./step";
 
-export function graspsStep(desk: Desk, { object, of }: Subject): StepView {
+export function graspsStep(desk: Desk, { of }: Subject): StepView {
   const empty = element("p", { class: "empty" }, TEACH.graspsEmpty);
   const list = element("ul", { class: "things" });
-  const add = button(TEACH.addGrasp, () =>
-    withSubject(desk, (subject) => {
-      desk.store.learn({ step: "grasp", object: object.name, name: "" }, { pose: null, action: null, grasp: begin(desk, subject, "side") });
-    }),
-    { icon: "add" },
-  );
+  const add = button(TEACH.addGrasp, () => openGrasp(desk, null), { icon: "add" });
   return {
     title: TEACH.graspsTitle(of.name),
     body: TEACH.graspsBody,
@@ -37,58 +33,26 @@ export function graspsStep(desk: Desk, { object, of }: Subject): StepView {
   };
 }
 
-function item(desk: Desk, { object, of }: Subject, grasp: Grasp): HTMLElement {
+function item(desk: Desk, subject: Subject, grasp: Grasp): HTMLElement {
   const name = words(grasp.name);
   return element(
     "li",
     {},
     element("b", {}, name),
     element("span", { class: "aside" }, grasp.provenance),
-    button(
-      TEACH.change,
-      () => desk.store.learn({ step: "grasp", object: object.name, name: grasp.name }, { pose: null, action: null, grasp }),
-      { name: `${TEACH.change} ${name}` },
-    ),
-    button(
-      TEACH.forget,
-      () => void desk.edits.ask({ kind: "remove_grasp", class: of.name, name: grasp.name }),
-      { name: `${TEACH.forget} ${name}` },
-    ),
+    button(TEACH.change, () => openGrasp(desk, grasp), { name: `${TEACH.change} ${name}` }),
+    button(TEACH.forget, () => forgetGrasp(desk, subject, grasp.name), { name: `${TEACH.forget} ${name}` }),
   );
 }
 
-function begin(desk: Desk, { of }: Subject, from: "side" | "above"): Grasp {
-  return firstGrasp(from, of, sizeOf(of), desk.store.get("teaching")?.aperture_max_m ?? 0.1);
-}
-
-export function graspStep(desk: Desk, { of }: Subject, existing: string): StepView {
-  const change = (changed: Partial<Grasp>): void => {
-    const { grasp } = desk.store.get("draft");
-    if (grasp !== null) {
-      desk.store.drafted({ grasp: { ...grasp, ...changed } });
-    }
-  };
+export function graspStep(desk: Desk, subject: Subject, existing: string): StepView {
+  const { of } = subject;
+  const change = (changed: Partial<Grasp>): void => changeGrasp(desk, changed);
   const name = textField(TEACH.name, (text) => change({ name: plainName(text) }));
   const pose = poseFields((object_from_tool) => change({ object_from_tool }));
   const opening = numberField(TEACH.opening, CM, (aperture_m) => change({ aperture_m }));
   const symmetric = checkField(TEACH.symmetric, (yaw_symmetric) => change({ yaw_symmetric }));
-  const start = (from: "side" | "above"): void =>
-    withSubject(desk, (subject) => {
-      const { object_from_tool, aperture_m } = begin(desk, subject, from);
-      change({ object_from_tool, aperture_m });
-    });
-  const save = button(TEACH.save, () => void run(), { primary: true });
-  const run = async (): Promise<void> => {
-    const lesson = desk.store.get("lesson");
-    const { grasp } = desk.store.get("draft");
-    if (grasp === null) {
-      return;
-    }
-    const outcome = await desk.edits.ask({ kind: "put_grasp", class: of.name, grasp });
-    if (outcome.kind === "accepted" && isAt(desk, lesson)) {
-      goTo(desk, "grasps");
-    }
-  };
+  const save = button(TEACH.save, () => void saveGrasp(desk, subject), { primary: true });
   // A name is what a thing is changed by: another one would make another grasp.
   name.node.hidden = existing !== "";
   return {
@@ -96,7 +60,10 @@ export function graspStep(desk: Desk, { of }: Subject, existing: string): StepVi
     body: TEACH.graspBody,
     nodes: [
       name.node,
-      row(button(TEACH.fromSide, () => start("side")), button(TEACH.fromAbove, () => start("above"))),
+      row(
+        button(TEACH.fromSide, () => beginGrasp(desk, "side")),
+        button(TEACH.fromAbove, () => beginGrasp(desk, "above")),
+      ),
       dragTools(desk.store),
       pose.node,
       opening.node,
@@ -110,7 +77,7 @@ export function graspStep(desk: Desk, { of }: Subject, existing: string): StepVi
         pose.show(grasp.object_from_tool);
         opening.show(grasp.aperture_m);
         symmetric.show(grasp.yaw_symmetric);
-        save.disabled = grasp.name === "";
+        save.disabled = !canSaveGrasp(desk);
       }
     },
   };

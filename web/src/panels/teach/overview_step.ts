@@ -3,8 +3,9 @@
 import { element } from "../../dom";
 import { regionColour } from "../../palette";
 import type { TaughtObject } from "../../protocol";
+import type { Desk } from "../../teach/desk";
 import { TEACH, words } from "../../text";
-import { button, type Desk, row, type StepView } from "./step";
+import { button, row, type StepView } from "./step";
 
 export function overviewStep(desk: Desk): StepView {
   const empty = element("p", { class: "empty" }, TEACH.overviewEmpty);
