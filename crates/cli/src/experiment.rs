@@ -1,6 +1,6 @@
 //! `factotum experiment`: how often something succeeds, over many seeds.
 
-mod bootstrap_sim;
+mod bootstrap;
 mod cells;
 mod chores;
 mod cip_ablation;
@@ -15,6 +15,7 @@ use factotum_experiments::sweep::StopWish;
 use serde_json::json;
 
 use crate::console::{Answer, Console, tell};
+use bootstrap::Question;
 
 /// Arguments of `factotum experiment`.
 #[derive(Debug, Subcommand)]
@@ -33,7 +34,11 @@ pub(crate) enum ExperimentCommand {
 #[derive(Debug, Subcommand)]
 pub(crate) enum ExperimentRun {
     /// `factotum skill train` from the robot's own plan and from random weights: what a plan to begin with is worth.
-    BootstrapSim(bootstrap_sim::RunArgs),
+    BootstrapSim(bootstrap::SimArgs),
+    /// `factotum skill train` from plans by ever worse models of the object.
+    BootstrapNoise(bootstrap::RunArgs),
+    /// `factotum skill train` with and without a plan, by other forms of policy and other searches.
+    BootstrapMatrix(bootstrap::RunArgs),
     /// `factotum run --headless` a seed at a time: how often physics says that the chores are achieved.
     Chores(chores::ChoresArgs),
     /// `factotum skill train` and `eval` for each task, setting and seed: what each part of a contact skill is worth.
@@ -48,7 +53,11 @@ pub(crate) enum ExperimentRun {
 #[derive(Debug, Subcommand)]
 pub(crate) enum ExperimentReport {
     /// Returns over rollouts, and a table with intervals.
-    BootstrapSim(bootstrap_sim::ReportArgs),
+    BootstrapSim(bootstrap::ReportArgs),
+    /// Returns over rollouts, and a table with intervals.
+    BootstrapNoise(bootstrap::ReportArgs),
+    /// Returns over rollouts, and a table with intervals.
+    BootstrapMatrix(bootstrap::ReportArgs),
     /// Success and joint-limit violation over training episodes, and a table with intervals.
     CipAblation(cip_ablation::ReportArgs),
     /// A table with intervals.
@@ -59,33 +68,39 @@ pub(crate) enum ExperimentReport {
 pub(crate) fn experiment(command: &ExperimentCommand, console: &Console) -> anyhow::Result<Answer> {
     match command {
         ExperimentCommand::List => list(console),
-        ExperimentCommand::Run(ExperimentRun::BootstrapSim(args)) => {
-            bootstrap_sim::run(args, console)
-        }
-        ExperimentCommand::Report(ExperimentReport::BootstrapSim(args)) => {
-            bootstrap_sim::report(args, console)
-        }
-        ExperimentCommand::Run(ExperimentRun::Chores(args)) => chores::chores(args, console),
-        ExperimentCommand::Run(ExperimentRun::CipAblation(args)) => {
-            cip_ablation::run(args, console)
-        }
-        ExperimentCommand::Run(ExperimentRun::CipCompose(args)) => {
-            cip_compose::compose(args, console)
-        }
-        ExperimentCommand::Run(ExperimentRun::CipRobustness(args)) => {
-            cip_robustness::run(args, console)
-        }
-        ExperimentCommand::Report(ExperimentReport::CipAblation(args)) => {
-            cip_ablation::report(args, console)
-        }
-        ExperimentCommand::Report(ExperimentReport::CipRobustness(args)) => {
-            cip_robustness::report(args, console)
-        }
+        ExperimentCommand::Run(run) => match run {
+            ExperimentRun::BootstrapSim(args) => bootstrap::run_sim(args, console),
+            ExperimentRun::BootstrapNoise(args) => bootstrap::run(Question::Noise, args, console),
+            ExperimentRun::BootstrapMatrix(args) => bootstrap::run(Question::Matrix, args, console),
+            ExperimentRun::Chores(args) => chores::chores(args, console),
+            ExperimentRun::CipAblation(args) => cip_ablation::run(args, console),
+            ExperimentRun::CipCompose(args) => cip_compose::compose(args, console),
+            ExperimentRun::CipRobustness(args) => cip_robustness::run(args, console),
+        },
+        ExperimentCommand::Report(report) => match report {
+            ExperimentReport::BootstrapSim(args) => bootstrap::report(Question::Sim, args, console),
+            ExperimentReport::BootstrapNoise(args) => {
+                bootstrap::report(Question::Noise, args, console)
+            }
+            ExperimentReport::BootstrapMatrix(args) => {
+                bootstrap::report(Question::Matrix, args, console)
+            }
+            ExperimentReport::CipAblation(args) => cip_ablation::report(args, console),
+            ExperimentReport::CipRobustness(args) => cip_robustness::report(args, console),
+        },
     }
 }
 
 fn list(console: &Console) -> anyhow::Result<Answer> {
-    const EXPERIMENTS: [(&str, &str); 5] = [
+    const EXPERIMENTS: [(&str, &str); 7] = [
+        (
+            "bootstrap-matrix",
+            "whether a plan helps motor skills whatever policy and search are; has a report",
+        ),
+        (
+            "bootstrap-noise",
+            "what a wrong model of the object costs a motor skill that begins with a plan; has a report",
+        ),
         (
             "bootstrap-sim",
             "what a plan to begin with is worth to a motor skill, beside random weights; has a report",
@@ -112,7 +127,7 @@ fn list(console: &Console) -> anyhow::Result<Answer> {
         .map(|(name, what)| json!({"name": name, "what": what}))
         .collect();
     console.answer(&document, || {
-        let lines = EXPERIMENTS.map(|(name, what)| format!("{name:<16}{what}"));
+        let lines = EXPERIMENTS.map(|(name, what)| format!("{name:<18}{what}"));
         lines.join("\n")
     })?;
     Ok(Answer::Yes)

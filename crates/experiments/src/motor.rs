@@ -35,7 +35,9 @@ pub use demonstration::{DemoError, demos_to_begin_with};
 pub use folder::{MotorFolder, MotorRecord};
 pub use rig::{MotorRig, MotorRollout};
 pub use search::{Init, SearchName, SearchState};
-pub use study::{Row, Study, StudyError, Table, Trial, TrialResult, report as study_report};
+pub use study::{
+    Comparison, Row, Study, StudyError, Table, Trial, TrialResult, Variant, report as study_report,
+};
 pub use training::{EpochRecord, MotorSummary, MotorTraining};
 
 /// Why a motor skill could not be learned.

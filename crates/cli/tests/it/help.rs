@@ -35,6 +35,8 @@ fn experiments_are_listed() {
     assert_eq!(
         names,
         [
+            "bootstrap-matrix",
+            "bootstrap-noise",
             "bootstrap-sim",
             "chores",
             "cip-ablation",

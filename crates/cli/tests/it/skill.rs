@@ -337,3 +337,64 @@ fn motions_are_made_by_keys_listed_and_begun_with() {
     );
     assert_refused(&train("demo:nowhere"), &["nowhere"]);
 }
+
+#[test]
+fn ways_of_learning_a_motor_skill_are_compared_and_reported() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    let run = |experiment: &str| {
+        let arguments = [
+            "--json",
+            "experiment",
+            "run",
+            experiment,
+            "--tasks",
+            "t-ball",
+        ];
+        let more = [
+            "--seeds",
+            "1",
+            "--epochs",
+            "1",
+            "--workers",
+            "2",
+            "--out",
+            "study",
+        ];
+        factotum_in(dir, &[&arguments[..], &more].concat())
+    };
+    let said = run("bootstrap-matrix");
+    assert_eq!(said.code, Some(0), "{}", said.stderr);
+    assert_eq!(said.json()["n_done"], 5);
+    let results = std::fs::read_to_string(dir.join("study/results.jsonl")).unwrap();
+    assert_eq!(results.lines().count(), 5, "{results}");
+    let report = |experiment: &str| {
+        let arguments = [
+            "--json",
+            "experiment",
+            "report",
+            experiment,
+            "--from",
+            "study",
+        ];
+        factotum_in(dir, &arguments)
+    };
+    let said = report("bootstrap-matrix");
+    assert_eq!(said.code, Some(0), "{}", said.stderr);
+    let rows = said.json()["table"]["rows"].as_array().unwrap().clone();
+    assert_eq!(rows.len(), 5);
+    assert!(rows[0]["area_difference"].is_null(), "{}", rows[0]);
+    assert!(
+        rows[1]["area_difference"]["mean"].is_number(),
+        "{}",
+        rows[1]
+    );
+    let figure = std::fs::read_to_string(dir.join("study/returns.svg")).unwrap();
+    assert!(figure.contains("cloned network, DAPG"), "{figure}");
+
+    // Results of another question are none of this one.
+    let said = run("bootstrap-noise");
+    assert_refused(&said, &["bootstrap-matrix", "bootstrap-noise"]);
+    let said = report("bootstrap-noise");
+    assert_refused(&said, &["plan-dmp-pi2cma", "20mm-5deg"]);
+}

@@ -1,5 +1,5 @@
-//! What a plan to begin with is worth: motor skills learned from the robot's own plan and from random weights, over seeds
-//! (thesis Fig. 4.5).
+//! Ways of learning motor skills compared, over tasks and seeds: what a plan to begin with is worth (thesis Fig. 4.5), what a
+//! wrong model costs it, and what policy and search make of it.
 //!
 //! A trial is one `skill train` in a child process; what came of it is one line of `results.jsonl`. A trial that was
 //! interrupted goes on from its last epoch, and one that is done is not run again.
@@ -11,10 +11,10 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::{EpochRecord, Init, MotorError, MotorFolder};
+use super::{EpochRecord, MotorError, MotorFolder};
 use crate::sweep::{ChildEnd, Launcher, Outcome, Progress, StopWish, Sweep, SweepError};
 
-pub use report::{Row, Table, report};
+pub use report::{Comparison, Row, Table, report};
 
 /// Why a study cannot go on, or cannot be reported.
 #[derive(Debug, thiserror::Error)]
@@ -31,6 +31,16 @@ pub enum StudyError {
     Empty {
         /// The file.
         file: PathBuf,
+    },
+    /// The results are of another experiment.
+    #[error("`{}` holds a trial of `{found}`, expected {}", file.display(), wanted.join(", "))]
+    OtherVariant {
+        /// The file.
+        file: PathBuf,
+        /// Its variant.
+        found: String,
+        /// Those of this experiment.
+        wanted: Vec<String>,
     },
     /// The table cannot be written as JSON.
     #[error("the table cannot be written as JSON")]
@@ -49,10 +59,21 @@ impl StudyError {
                     | SweepError::Result { .. }
             ),
             Self::Folder(error) => error.is_of_input(),
-            Self::Empty { .. } => true,
+            Self::Empty { .. } | Self::OtherVariant { .. } => true,
             Self::Table(_) => false,
         }
     }
+}
+
+/// A way of learning that is compared with others.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Variant {
+    /// Its name, in results and in names of folders.
+    pub name: String,
+    /// The arguments of `skill train` that make it.
+    pub arguments: Vec<String>,
+    /// Epochs of a trial; what its policy takes if absent.
+    pub epochs: Option<u64>,
 }
 
 /// One run of the study. Ordered by seed first: a study that is stopped early has compared all tasks.
@@ -62,13 +83,13 @@ pub struct Trial {
     pub seed: u64,
     /// A shipped task, by name.
     pub task: String,
-    /// Where the first policy is from.
-    pub init: Init,
+    /// How it is learned: the name of a [`Variant`].
+    pub variant: String,
 }
 
 impl fmt::Display for Trial {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {} seed {}", self.task, self.init.name(), self.seed)
+        write!(f, "{} {} seed {}", self.task, self.variant, self.seed)
     }
 }
 
@@ -78,8 +99,8 @@ impl fmt::Display for Trial {
 pub struct TrialResult {
     /// The task, by name.
     pub task: String,
-    /// Where the first policy is from.
-    pub init: Init,
+    /// How it was learned.
+    pub variant: String,
     /// Seed.
     pub seed: u64,
     /// How long it took since it was last begun or resumed, seconds.
@@ -101,7 +122,7 @@ impl Outcome for TrialResult {
         Trial {
             seed: self.seed,
             task: self.task.clone(),
-            init: self.init,
+            variant: self.variant.clone(),
         }
     }
 
@@ -117,15 +138,19 @@ impl Outcome for TrialResult {
 /// A study to be run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Study {
+    /// Name of the experiment.
+    pub name: String,
     /// The program `factotum`.
     pub program: PathBuf,
     /// Names of shipped tasks.
     pub tasks: Vec<String>,
-    /// Seeds, the same for both beginnings.
+    /// What is compared.
+    pub variants: Vec<Variant>,
+    /// Seeds, the same for all variants.
     pub seeds: Vec<u64>,
-    /// Epochs of a trial; what its policy takes if absent.
+    /// Epochs of a trial, whatever the variant says.
     pub epochs: Option<u64>,
-    /// More arguments of `skill train`, such as the error of the model.
+    /// Arguments of `skill train` that all have in common, such as the error of the model.
     pub arguments: Vec<String>,
     /// Trials at a time, at least one.
     pub n_workers: usize,
@@ -134,7 +159,7 @@ pub struct Study {
 }
 
 impl Study {
-    /// Runs the trials that have no result yet and returns all results, sorted by seed, task and beginning.
+    /// Runs the trials that have no result yet and returns all results, sorted by seed, task and variant.
     ///
     /// # Errors
     /// [`StudyError`] when the folder holds what does not belong to this study, children cannot be started, or results
@@ -144,7 +169,8 @@ impl Study {
         stop: &StopWish,
         mut on_result: impl FnMut(&TrialResult, Progress),
     ) -> Result<Vec<TrialResult>, StudyError> {
-        let mut command = self.epochs_argument();
+        let mut command = vec![self.name.clone()];
+        command.extend(epochs_argument(self.epochs));
         command.extend(self.arguments.iter().cloned());
         let sweep = Sweep {
             folder: self.folder.clone(),
@@ -167,23 +193,22 @@ impl Study {
         let mut trials = Vec::new();
         for &seed in &self.seeds {
             for task in &self.tasks {
-                trials.extend([Init::Plan, Init::Random].map(|init| Trial {
+                trials.extend(self.variants.iter().map(|variant| Trial {
                     seed,
                     task: task.clone(),
-                    init,
+                    variant: variant.name.clone(),
                 }));
             }
         }
         trials
     }
 
-    fn epochs_argument(&self) -> Vec<String> {
-        let given = self.epochs.map(|n| ["--epochs".to_owned(), n.to_string()]);
-        given.into_iter().flatten().collect()
-    }
-
     fn carry_out(&self, trial: &Trial, stop: &StopWish) -> Result<Option<TrialResult>, StudyError> {
-        let name = format!("{}-{}-{}", trial.task, trial.init.name(), trial.seed);
+        let mut variants = self.variants.iter();
+        let Some(variant) = variants.find(|variant| variant.name == trial.variant) else {
+            return Ok(None);
+        };
+        let name = format!("{}-{}-{}", trial.task, trial.variant, trial.seed);
         let folder = MotorFolder::at(&self.folder.join("trials").join(name));
         let dir = folder.dir().display().to_string();
         let seed = trial.seed.to_string();
@@ -191,12 +216,11 @@ impl Study {
         if folder.has_record() {
             arguments.extend(["--resume", &dir].map(str::to_owned));
         } else {
-            let what = ["--init", trial.init.name(), "--seed", &seed, "--out", &dir];
             arguments.push(trial.task.clone());
-            arguments.extend(what.map(str::to_owned));
-            arguments.extend(self.arguments.iter().cloned());
+            arguments.extend(["--seed", &seed, "--out", &dir].map(str::to_owned));
+            arguments.extend(variant.arguments.iter().chain(&self.arguments).cloned());
         }
-        arguments.extend(self.epochs_argument());
+        arguments.extend(epochs_argument(self.epochs.or(variant.epochs)));
         arguments.push("--json".to_owned());
         let launcher = Launcher {
             program: &self.program,
@@ -212,7 +236,7 @@ impl Study {
         let said = |key: &str| end.output.as_ref().and_then(|output| output[key].as_f64());
         Ok(Some(TrialResult {
             task: trial.task.clone(),
-            init: trial.init,
+            variant: trial.variant.clone(),
             seed: trial.seed,
             wall_secs: end.wall_secs,
             still_return: said("still_return").unwrap_or(0.0),
@@ -221,6 +245,11 @@ impl Study {
             failure: failure_of(&end),
         }))
     }
+}
+
+fn epochs_argument(epochs: Option<u64>) -> Vec<String> {
+    let given = epochs.map(|n| ["--epochs".to_owned(), n.to_string()]);
+    given.into_iter().flatten().collect()
 }
 
 fn failure_of(end: &ChildEnd) -> Option<String> {
