@@ -5,6 +5,7 @@ import { element, required } from "./dom";
 import { controls } from "./panels/controls";
 import { drivePadPanel } from "./panels/drive_pad_panel";
 import { eventsPanel } from "./panels/events_panel";
+import { headsetPanel } from "./panels/headset_panel";
 import { learnPanel } from "./panels/learn_panel";
 import { legendPanel } from "./panels/legend_panel";
 import { planPanel } from "./panels/plan_panel";
@@ -16,6 +17,7 @@ import { browserStorage, keepHand } from "./teach/hand";
 import { savePlace } from "./teach/things";
 import { TEXT } from "./text";
 import type { View } from "./view/view";
+import { offerOf } from "./xr/offer";
 
 async function main(): Promise<void> {
   const store = new Store();
@@ -35,8 +37,10 @@ async function main(): Promise<void> {
   stage.append(controls(store, connection), drivePadPanel(store, connection));
   stage.after(legendPanel(store));
   const panels = required("panels");
-  panels.append(planPanel(store), learnPanel(store), eventsPanel(store));
+  const door = headsetPanel(store);
+  panels.append(door.node, planPanel(store), learnPanel(store), eventsPanel(store));
   connection.open();
+  void watchOffer(store);
 
   // The panels work before the renderer has arrived, and without it. Who teaches needs its arithmetic of poses.
   const { teachPanel } = await import("./panels/teach_panel");
@@ -45,7 +49,19 @@ async function main(): Promise<void> {
   view = createView(store, stage, () => void savePlace(desk));
   if (view === null) {
     stage.prepend(element("p", { class: "no-webgl", role: "alert" }, TEXT.noWebGl));
+    return;
   }
+  const { Headset } = await import("./xr/headset");
+  const headset = new Headset(desk, view);
+  door.open(() => void headset.enter());
+}
+
+/** Notes whether a headset is offered, now and whenever one comes or goes. */
+async function watchOffer(store: Store): Promise<void> {
+  const { isSecureContext, navigator } = window;
+  const look = async (): Promise<void> => store.worn({ offer: await offerOf({ isSecureContext, xr: navigator.xr }) });
+  navigator.xr?.addEventListener("devicechange", () => void look());
+  await look();
 }
 
 void main();

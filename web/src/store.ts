@@ -23,6 +23,8 @@ import {
   VERSION,
 } from "./protocol";
 import { type Draft, type Lesson, NO_DRAFT, OVERVIEW, stillStands } from "./teach/lesson";
+import type { Alignment, AlignedBy, MapFromXr } from "./xr/map_from_xr";
+import type { Mode, Offer } from "./xr/offer";
 
 export type Connection =
   | { kind: "connecting" }
@@ -49,6 +51,17 @@ export interface Hand {
   readonly speed: number;
 }
 
+/** The headset, as far as the page knows of one. */
+export interface Headset {
+  readonly offer: Offer;
+  /** How it is worn now; null when it is not. */
+  readonly worn: Mode | null;
+  /** It has lost where it is: what is seen lies nowhere for certain. */
+  readonly lost: boolean;
+  /** Why it could not be entered; empty when it could. */
+  readonly problem: string;
+}
+
 export interface Slices {
   connection: Connection;
   session: string | null;
@@ -72,6 +85,9 @@ export interface Slices {
   /** What of it is not saved yet. */
   draft: Draft;
   hand: Hand;
+  headset: Headset;
+  /** Where the headset's space lies in the map. */
+  alignment: Alignment;
   /** Edits that wait for their answer. */
   unanswered: number;
   /** Why the last edit was refused; empty when it was not. */
@@ -84,7 +100,7 @@ export interface Slices {
 export const EVENTS_MAX = 500;
 
 /** What a person is at, which a new connection does not change. */
-type Own = "wishes" | "lesson" | "draft" | "hand" | "unanswered" | "refusal";
+type Own = "wishes" | "lesson" | "draft" | "hand" | "headset" | "alignment" | "unanswered" | "refusal";
 type Picture = Omit<Slices, "connection" | Own>;
 
 function emptyPicture(): Picture {
@@ -116,6 +132,8 @@ export class Store {
     lesson: OVERVIEW,
     draft: NO_DRAFT,
     hand: { mode: "move", snap: true, speed: 1 },
+    headset: { offer: { kind: "asking" }, worn: null, lost: false, problem: "" },
+    alignment: { mapFromXr: { position: [0, 0, 0], yaw: 0 }, epoch: 0, by: "placed" },
     unanswered: 0,
     refusal: "",
   };
@@ -125,14 +143,15 @@ export class Store {
     return this.slices[slice];
   }
 
-  /** Calls back whenever one of the slices is replaced, and once now. */
-  watch(slices: readonly (keyof Slices)[], listener: Listener): void {
+  /** Calls back whenever one of the slices is replaced, and once now; until what it gives back is called. */
+  watch(slices: readonly (keyof Slices)[], listener: Listener): () => void {
     for (const slice of slices) {
       const set = this.listeners.get(slice) ?? new Set();
       set.add(listener);
       this.listeners.set(slice, set);
     }
     listener();
+    return () => slices.forEach((slice) => this.listeners.get(slice)?.delete(listener));
   }
 
   /** Takes in a message of the studio. */
@@ -223,6 +242,15 @@ export class Store {
 
   handed(hand: Partial<Hand>): void {
     this.set("hand", { ...this.slices.hand, ...hand });
+  }
+
+  worn(headset: Partial<Headset>): void {
+    this.set("headset", { ...this.slices.headset, ...headset });
+  }
+
+  /** Notes that the headset's space lies elsewhere now. */
+  aligned(mapFromXr: MapFromXr, by: AlignedBy): void {
+    this.set("alignment", { mapFromXr, by, epoch: this.slices.alignment.epoch + 1 });
   }
 
   toggle(wish: keyof Wishes): void {

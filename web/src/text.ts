@@ -2,7 +2,9 @@
 
 import type { Push } from "./drive_pad";
 import type { Activity, Evaluation, EventLevel, PlanStep, StepState, Training } from "./protocol";
-import type { Connection } from "./store";
+import type { Connection, Headset } from "./store";
+import type { Alignment, AlignedBy } from "./xr/map_from_xr";
+import type { Mode, Offer } from "./xr/offer";
 
 export const TEXT = {
   name: "Factotum",
@@ -149,6 +151,109 @@ export const TEACH = {
   nearest: "Base at least, cm away",
   farthest: "and at most",
 } as const;
+
+/** Words of teaching in a headset, where a thing is pointed at rather than written about. */
+export const HEADSET = {
+  title: "Headset",
+  enter: { "immersive-ar": "Teach in the room (AR)", "immersive-vr": "Teach in the map (VR)" },
+  leave: "Leave",
+  arBody: "You see your room, and in it what the robot knows. First put the virtual robot over the real one.",
+  vrBody: "You stand in the robot's map. Draw the floor to you to go elsewhere.",
+
+  placeBody:
+    "Point at its model, hold the trigger or pinch, and draw it over the real thing. Next you show how to hold it.",
+  graspBody:
+    "Draw the gripper to where it is to close: fingers close along its width, it comes along its length. Then save it.",
+  putIntoBody: "Choose into what it goes, and draw the pale copy to where the robot lets it go. Then save it.",
+  jointBody: "Draw the pale part to where the action ends, and the other to where it begins. Then save it.",
+  alignTitle: "Where is the robot?",
+  alignBody:
+    "Draw the virtual robot over the real one, so that it looks the same way: all that was taught moves with it. Then press Done.",
+  originBody:
+    "No robot is connected. The virtual one stands at the map's origin: draw it over where the robot was when it began the map.",
+
+  align: "Place robot",
+  done: "Done",
+  speed: (share: string) => `Speed ${share}`,
+  snap: "Snap",
+  less: (what: string) => `${what} −`,
+  more: (what: string) => `${what} +`,
+  valueOf: (what: string, value: string) => `${what} ${value}`,
+  forget: (what: string) => `Forget ${what}`,
+  earlier: "‹ Earlier",
+  later: "More ›",
+  opening: "Opening",
+  begins: "Begins",
+  ends: "Ends",
+  trail: (at: number, of: number, step: string) => `${at} of ${of}: ${step}`,
+  rename: "Name it",
+  naming: (what: string) => `${what}: what is it called?`,
+  space: "space",
+  erase: "⌫",
+  length: "Length",
+  width: "Width",
+  carried: "The robot can carry it",
+  cancel: "Leave it",
+  distances: "How far away the base stands is set on the page.",
+  lost: "The headset has lost where it is: look around slowly.",
+  watchOnly: "There is nothing to be taught while a robot is at work.",
+} as const;
+
+/** Why there is no headset to enter, and what would help. */
+export function offerText(offer: Offer): string {
+  if (offer.kind === "asking") {
+    return "Looking for a headset.";
+  }
+  if (offer.kind === "offered") {
+    return offer.mode === "immersive-ar" ? HEADSET.arBody : HEADSET.vrBody;
+  }
+  switch (offer.why) {
+    case "insecure":
+      return "This page is not secure, and browsers open headsets only to secure pages. Open it on this computer, or over https.";
+    case "no_webxr":
+      return "This browser knows nothing of headsets (no WebXR). Open the page in the headset's own browser.";
+    case "no_headset":
+      return "This browser finds no headset, neither for AR nor for VR. Teach by mouse or keys, or open the page in a headset.";
+  }
+}
+
+/** How the headset is worn, or why it is not. */
+export function headsetText({ offer, worn, lost, problem }: Headset): string {
+  if (problem !== "") {
+    return `The headset did not open: ${problem}`;
+  }
+  if (worn === null) {
+    return offerText(offer);
+  }
+  const how: Record<Mode, string> = { "immersive-ar": "Worn, in the room (AR).", "immersive-vr": "Worn, in the map (VR)." };
+  return lost ? HEADSET.lost : how[worn];
+}
+
+/** Where the headset's space lies, with the number of the alignment. */
+export function alignmentText({ epoch, by }: Alignment): string {
+  const how: Record<AlignedBy, string> = {
+    placed: "as it began",
+    moved: "moved by hand",
+    robot: "by the robot",
+    recentred: "the headset has moved its origin, and this has followed",
+    lost: "the headset has lost its origin: place the robot again",
+  };
+  return `Alignment ${epoch}: ${how[by]}`;
+}
+
+/** A pose in a line. */
+export function poseText(position: readonly number[], yawRad: number): string {
+  const cm = position.map((value) => String(Math.round(1000 * value) / 10));
+  return `x ${cm[0]}, y ${cm[1]}, z ${cm[2]} cm, turned ${Math.round((180 * yawRad) / Math.PI)}°`;
+}
+
+export function cmText(metres: number): string {
+  return `${Math.round(1000 * metres) / 10} cm`;
+}
+
+export function degreesText(radians: number): string {
+  return `${Math.round((180 * radians) / Math.PI)}°`;
+}
 
 export function activityText(activity: Activity): string {
   const words: Record<Activity, string> = {

@@ -7,8 +7,8 @@ export const PHONE = { viewport: { width: 390, height: 844 }, isMobile: true, ha
 /** Few pixels, for what asks the page many things while it draws. */
 export const SMALL = { viewport: { width: 800, height: 480 } };
 
-/** Runs `look` on a page of its own, on which nothing may go wrong. */
-export async function onPage(browser, url, device, look) {
+/** Runs `look` on a page of its own, on which nothing may go wrong; `prepare` comes before the page is opened. */
+export async function onPage(browser, url, device, look, prepare = async () => {}) {
   const context = await browser.newContext(device);
   const page = await context.newPage();
   const problems = [];
@@ -21,6 +21,7 @@ export async function onPage(browser, url, device, look) {
   // The picture is drawn by the processor here; on a busy machine that takes its time.
   page.setDefaultTimeout(120_000);
   try {
+    await prepare(page);
     await page.goto(url);
     await look(page);
   } finally {

@@ -1,6 +1,7 @@
 // Robot, home and belief: a group for each body, meshes for its shapes.
 
 import {
+  type Box3,
   Color,
   Group,
   LineBasicMaterial,
@@ -63,6 +64,16 @@ export class Bodies {
     for (const [other, body] of this.byName) {
       body.visible = other !== name;
     }
+  }
+
+  /** Where the whole of a body's shapes lies in the scene; false where there is no such body. */
+  boxOf(name: string, out: Box3): boolean {
+    const body = this.byName.get(name);
+    if (body === undefined) {
+      return false;
+    }
+    out.setFromObject(body);
+    return !out.isEmpty();
   }
 
   setTheme(theme: Theme): void {

@@ -1,6 +1,6 @@
 // The model of a class, its joints where they are asked to be.
 
-import { Box3, Group, type Material, Matrix4, Mesh, Quaternion, Vector3 } from "three";
+import { Box3, Group, type Material, Matrix4, Mesh, type Object3D, Quaternion, Vector3 } from "three";
 
 import { place } from "../frames";
 import type { ClassJoint, ClassPart, TaughtClass } from "../protocol";
@@ -36,6 +36,11 @@ export class ClassModel {
       }
       group.matrixWorldNeedsUpdate = true;
     }
+  }
+
+  /** What a joint moves. */
+  movedBy(name: string): Object3D[] {
+    return this.parts.filter(({ joints }) => joints.some((joint) => joint.name === name)).map(({ group }) => group);
   }
 
   dispose(): void {

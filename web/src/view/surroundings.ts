@@ -33,7 +33,10 @@ export class Surroundings {
   private readonly sun = new DirectionalLight(0xfff4e4);
   private readonly fill = new DirectionalLight(0xdfeaff);
   private readonly shadows = new ShadowMaterial();
+  private readonly ground: Mesh;
   private grid: GridHelper | null = null;
+  private seesRoom = false;
+  private theme: Theme | null = null;
 
   constructor(private readonly scene: Scene) {
     this.sun.castShadow = true;
@@ -42,10 +45,10 @@ export class Surroundings {
     this.sun.shadow.bias = -0.0004;
     this.sun.shadow.normalBias = 0.02;
     this.fill.position.set(-6, 5, 3);
-    const ground = new Mesh(new PlaneGeometry(GROUND_M, GROUND_M).rotateX(-Math.PI / 2), this.shadows);
-    ground.position.y = -0.004;
-    ground.receiveShadow = true;
-    this.root.add(this.sky, this.sun, this.sun.target, this.fill, ground);
+    this.ground = new Mesh(new PlaneGeometry(GROUND_M, GROUND_M).rotateX(-Math.PI / 2), this.shadows);
+    this.ground.position.y = -0.004;
+    this.ground.receiveShadow = true;
+    this.root.add(this.sky, this.sun, this.sun.target, this.fill, this.ground);
   }
 
   /** Spreads the shadows over the home and no farther, which keeps them sharp. */
@@ -67,10 +70,24 @@ export class Surroundings {
     camera.updateProjectionMatrix();
   }
 
+  /**
+   * For eyes in a headset: without shadows, since it draws everything twice and often; and, where the room is seen behind
+   * the picture, without what would hide it. Null is for eyes before a screen.
+   */
+  lookedAtBy(eyes: { readonly seesRoom: boolean } | null): void {
+    this.sun.castShadow = eyes === null;
+    this.seesRoom = eyes?.seesRoom === true;
+    if (this.theme !== null) {
+      this.setTheme(this.theme);
+    }
+  }
+
   setTheme(theme: Theme): void {
+    this.theme = theme;
     const background = new Color(theme.background);
-    this.scene.background = background;
-    this.scene.fog = new Fog(background, 22, 60);
+    this.scene.background = this.seesRoom ? null : background;
+    this.scene.fog = this.seesRoom ? null : new Fog(background, 22, 60);
+    this.ground.visible = !this.seesRoom;
     this.sky.intensity = SKY * theme.light;
     this.sun.intensity = SUN * theme.light;
     this.fill.intensity = FILL * theme.light;
@@ -86,6 +103,7 @@ export class Surroundings {
     if (this.grid.material instanceof LineBasicMaterial) {
       this.grid.material.depthWrite = false;
     }
+    this.grid.visible = !this.seesRoom;
     this.root.add(this.grid);
   }
 }

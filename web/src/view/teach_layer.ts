@@ -27,6 +27,13 @@ export interface TeachHost {
   hide(object: string | null): void;
 }
 
+/** Something that a hand can take hold of. */
+export interface Graspable {
+  /** The thing of the step as a whole, or where a joint's action begins or ends. */
+  readonly what: "held" | "initiation" | "termination";
+  readonly nodes: readonly Object3D[];
+}
+
 export class TeachLayer {
   readonly root = new Group();
   /** The gizmo, which belongs to the scene itself. */
@@ -45,6 +52,7 @@ export class TeachLayer {
   private readonly grippers = new Group();
   private start: Pose | null = null;
   private shownAs = "";
+  private isByHand = false;
 
   constructor(
     private readonly store: Store,
@@ -77,6 +85,32 @@ export class TeachLayer {
       this.controls.setMode(store.get("hand").mode === "turn" ? "rotate" : "translate");
       host.request();
     });
+  }
+
+  /** In a headset things are taken by hand, and there is no gizmo. */
+  takenByHand(isByHand: boolean): void {
+    this.isByHand = isByHand;
+    this.shownAs = "";
+    this.show();
+  }
+
+  /** What a hand can take hold of, what it rather takes first. */
+  graspables(): readonly Graspable[] {
+    const { store, model, ghosts } = this;
+    const lesson = store.get("lesson");
+    const { action } = store.get("draft");
+    if (lesson.step === "action" && action?.motion.kind === "joint") {
+      const { joint } = action.motion;
+      return [
+        { what: "termination", nodes: ghosts[1]?.movedBy(joint) ?? [] },
+        { what: "initiation", nodes: ghosts[0]?.movedBy(joint) ?? [] },
+      ];
+    }
+    if (model === null || heldOf(lesson, store.get("draft"), store.get("teaching")) === null) {
+      return [];
+    }
+    const put = ghosts[0]?.root ?? this.held;
+    return [{ what: "held", nodes: [lesson.step === "place" ? model.root : put] }];
   }
 
   /** The gizmo has moved what it holds. */
@@ -136,7 +170,8 @@ export class TeachLayer {
     if (step === "grasp" && grasp !== null) {
       this.held.add(gripper(grasp.aperture_m, this.solid));
     }
-    if (heldOf(this.store.get("lesson"), this.store.get("draft"), this.store.get("teaching")) !== null) {
+    const held = heldOf(this.store.get("lesson"), this.store.get("draft"), this.store.get("teaching"));
+    if (held !== null && !this.isByHand) {
       this.controls.attach(this.held);
     }
   }

@@ -1,6 +1,6 @@
 // The live view: reads the store and draws it. A frame is drawn only when something has changed.
 
-import { Box3, Group, PCFShadowMap, Scene, WebGLRenderer } from "three";
+import { Box3, Group, PCFShadowMap, type PerspectiveCamera, Scene, WebGLRenderer } from "three";
 
 import { element } from "../dom";
 import { Z_UP_TO_Y_UP } from "../frames";
@@ -29,6 +29,17 @@ const UNDERGROUND_M = -2;
 /** How far the camera is from what is taught, metres, by what is taught of it. */
 const LOOK_DISTANCE_M = { place: 3.2, grasps: 0.9, grasp: 0.9, actions: 3.2, action: 2 } as const;
 
+/** Eyes of somebody in a headset. */
+export interface Eyes {
+  readonly camera: PerspectiveCamera;
+  /** The room is seen behind the picture. */
+  readonly seesRoom: boolean;
+  /** Comes before each picture. */
+  update(frame: XRFrame, dtSecs: number): void;
+  /** Where on the floor, in the wire's world, they look. */
+  lookedAt(): [number, number];
+}
+
 /** Draws into the stage for as long as the page is open; null where there is no WebGL 2. */
 export function createView(store: Store, stage: HTMLElement, dropped: () => void): View | null {
   const canvas = element("canvas", { tabindex: "0", role: "img" });
@@ -43,19 +54,21 @@ export function createView(store: Store, stage: HTMLElement, dropped: () => void
 export class View {
   private readonly scene = new Scene();
   /** Everything of the wire, turned from z up to y up. */
-  private readonly world = new Group();
+  readonly world = new Group();
   private readonly surroundings = new Surroundings(this.scene);
-  private readonly bodies = new Bodies();
+  readonly bodies = new Bodies();
   private readonly map = new MapLayer();
   private readonly regions = new RegionsLayer();
   private readonly path = new PathLayer();
   private readonly labels = new Labels();
   private readonly quality = new Quality();
   private readonly rig: CameraRig;
-  private readonly teach: TeachLayer;
+  readonly teach: TeachLayer;
+  private eyes: Eyes | null = null;
   private lookedFor = "";
   private readonly visibleLabels = { object: true, region: true };
   private readonly draw = (nowMillis: number): void => this.frame(nowMillis);
+  private readonly drawForEyes = (nowMillis: number, frame?: XRFrame): void => this.frameForEyes(nowMillis, frame);
   private requested = false;
   private lastMillis = 0;
   private live: State | null = null;
@@ -66,7 +79,7 @@ export class View {
     private readonly store: Store,
     private readonly stage: HTMLElement,
     private readonly canvas: HTMLCanvasElement,
-    private readonly renderer: WebGLRenderer,
+    readonly renderer: WebGLRenderer,
     dropped: () => void,
   ) {
     renderer.shadowMap.enabled = true;
@@ -168,7 +181,7 @@ export class View {
 
   /** Where on the floor, in the wire's world, a person looks. */
   lookedAt(): [number, number] {
-    return this.rig.lookedAt();
+    return (this.eyes ?? this.rig).lookedAt();
   }
 
   /** Goes near what is taught, once for each step. */
@@ -187,9 +200,23 @@ export class View {
     }
   }
 
+  /** Draws what these eyes see, as often as their headset asks, until they close (null). */
+  wear(eyes: Eyes | null): void {
+    this.eyes = eyes;
+    this.surroundings.lookedAtBy(eyes);
+    this.teach.takenByHand(eyes !== null);
+    this.labels.root.hidden = eyes !== null;
+    this.renderer.setAnimationLoop(eyes === null ? null : this.drawForEyes);
+    this.renderer.shadowMap.needsUpdate = true;
+    if (eyes === null) {
+      this.resize();
+    }
+  }
+
   /** Asks for a frame. */
   private request(): void {
-    if (!this.requested) {
+    // Pictures for a headset come by themselves.
+    if (!this.requested && this.eyes === null) {
       this.requested = true;
       requestAnimationFrame(this.draw);
     }
@@ -198,26 +225,19 @@ export class View {
   /** Draws one frame. Allocates nothing of its own while bodies only move. */
   private frame(nowMillis: number): void {
     this.requested = false;
-    const gapSecs = (nowMillis - this.lastMillis) / 1000;
-    this.lastMillis = nowMillis;
+    if (this.eyes !== null) {
+      return;
+    }
+    const gapSecs = this.gapSecs(nowMillis);
     const dtSecs = Math.min(gapSecs, FRAME_GAP_MAX_SECS);
     if (gapSecs < 4 * FRAME_GAP_MAX_SECS && this.quality.note(1000 * gapSecs)) {
       this.resize();
     }
-    const { shadowMap } = this.renderer;
-    const live = this.store.get("live");
-    if (live !== this.live) {
-      this.live = live;
-      if (live !== null) {
-        this.bodies.move(live);
-      }
-      this.path.showBase(live);
-      shadowMap.needsUpdate = true;
-    }
+    const live = this.move();
     const carried = this.rig.update(live, dtSecs);
     const { camera, controls } = this.rig;
     const lowering = this.bodies.cutaway.update(camera.position, controls.target, dtSecs);
-    shadowMap.needsUpdate ||= lowering;
+    this.renderer.shadowMap.needsUpdate ||= lowering;
     this.renderer.render(this.scene, camera);
     this.labels.update(this.world, camera, this.width, this.height, this.visibleLabels);
     this.stage.dataset["bodies"] = String(this.bodies.count);
@@ -226,7 +246,45 @@ export class View {
     }
   }
 
+  /** Draws one frame for a headset. */
+  private frameForEyes(nowMillis: number, frame: XRFrame | undefined): void {
+    const { eyes } = this;
+    if (eyes === null || frame === undefined) {
+      return;
+    }
+    const dtSecs = Math.min(this.gapSecs(nowMillis), FRAME_GAP_MAX_SECS);
+    this.move();
+    eyes.update(frame, dtSecs);
+    // Who is in the home has no walls in the way.
+    const { position } = eyes.camera;
+    this.bodies.cutaway.update(position, position, dtSecs);
+    this.renderer.render(this.scene, eyes.camera);
+  }
+
+  private gapSecs(nowMillis: number): number {
+    const gap = (nowMillis - this.lastMillis) / 1000;
+    this.lastMillis = nowMillis;
+    return Math.max(0, gap);
+  }
+
+  /** Moves all to where the latest state has it. */
+  private move(): State | null {
+    const live = this.store.get("live");
+    if (live !== this.live) {
+      this.live = live;
+      if (live !== null) {
+        this.bodies.move(live);
+      }
+      this.path.showBase(live);
+      this.renderer.shadowMap.needsUpdate = true;
+    }
+    return live;
+  }
+
   private resize(): void {
+    if (this.eyes !== null) {
+      return;
+    }
     this.width = Math.max(1, this.stage.clientWidth);
     this.height = Math.max(1, this.stage.clientHeight);
     this.renderer.setPixelRatio(this.quality.pixelRatio);
