@@ -14,6 +14,7 @@ const TYPES: Record<MessageType, true> = {
   plan: true,
   base_path: true,
   status: true,
+  control: true,
   event: true,
   done: true,
   trainings: true,

@@ -1,12 +1,12 @@
 // Generated from crates/protocol; do not edit. To bring it up to date:
 //   cargo run -p factotum-protocol --example codegen
 
-export const VERSION = 2;
+export const VERSION = 3;
 
 /**
  * From studio to page.
  */
-export type ServerMessage = { "type": "hello" } & Hello | { "type": "scene" } & Scene | { "type": "state" } & State | { "type": "map" } & OccupancyMap | { "type": "aosm" } & Aosm | { "type": "plan" } & Plan | { "type": "base_path" } & BasePath | { "type": "status" } & Status | { "type": "event" } & Event | { "type": "done" } & Done | { "type": "trainings" } & Trainings | { "type": "teaching" } & Teaching | { "type": "edit_answer" } & EditAnswer;
+export type ServerMessage = { "type": "hello" } & Hello | { "type": "scene" } & Scene | { "type": "state" } & State | { "type": "map" } & OccupancyMap | { "type": "aosm" } & Aosm | { "type": "plan" } & Plan | { "type": "base_path" } & BasePath | { "type": "status" } & Status | { "type": "control" } & Control | { "type": "event" } & Event | { "type": "done" } & Done | { "type": "trainings" } & Trainings | { "type": "teaching" } & Teaching | { "type": "edit_answer" } & EditAnswer;
 
 /**
  * From page to studio.
@@ -42,7 +42,30 @@ export type Hello = {
   /**
    * Random name of this run of the studio: a page that comes back to another one knows it.
    */
-  session: string, };
+  session: string,
+  /**
+   * Name of this connection, as in `Control::owner`.
+   */
+  client: string,
+  /**
+   * What the page may do.
+   */
+  role: Role, };
+
+/**
+ * What a page may do. Each role may do what those before it may.
+ */
+export type Role = "view" | "teach" | "execute";
+
+/**
+ * Whose commands the robot follows.
+ */
+export type Control = {
+  /**
+   * `Hello::client` of the page that has the robot; none when it is free. The first that
+   * commands it has it until it leaves, or until another commands after it has long said nothing.
+   */
+  owner: string | null, };
 
 /**
  * A pose in space.
@@ -895,8 +918,9 @@ export type Approach = {
  */
 export type EditRequest = {
   /**
-   * A random name of the page's choice, at most `EDIT_ID_CHARS_MAX` characters. A request that comes again, as after
-   * a lost connection, is not applied again: it gets the answer of the first.
+   * A random name of the page's choice, at most `EDIT_ID_CHARS_MAX` characters. A request that was
+   * accepted and comes again, as after a lost connection or a new start of the studio, is not applied again: it gets
+   * the answer of the first.
    */
   id: string,
   /**

@@ -4,7 +4,7 @@ import type { Body, Plan, ServerMessage, State, Status, Training } from "./proto
 import { VERSION } from "./protocol";
 import { EVENTS_MAX, Store } from "./store";
 
-const hello: ServerMessage = { type: "hello", version: VERSION, session: "a" };
+const hello: ServerMessage = { type: "hello", version: VERSION, session: "a", client: "a-1", role: "execute" };
 const plan: Plan = { replans: 0, steps: [] };
 const status: Status = { goal: "light off", activity: "acting", paused: false, takes_driving: false };
 const state: State = {
@@ -125,6 +125,15 @@ describe("the store", () => {
     store.receive({ type: "status", ...status, takes_driving: true });
     store.connection({ kind: "lost", retryInSecs: 1 });
     expect(store.takesDriving()).toBe(false);
+  });
+
+  it("may do what its role says and all below it", () => {
+    expect(store.may("execute")).toBe(true);
+    store.receive({ ...hello, role: "teach" });
+    expect([store.may("view"), store.may("teach"), store.may("execute")]).toEqual([true, true, false]);
+    store.receive({ type: "status", ...status, takes_driving: true });
+    // It can still stop the robot.
+    expect([store.takesDriving(), store.takesCommands()]).toEqual([false, true]);
   });
 
   it("waits for a command to show, and no longer", () => {

@@ -13,6 +13,7 @@ import {
   type Event as JobEvent,
   type OccupancyMap,
   type Plan,
+  type Role,
   type Scene,
   type SceneSource,
   type ServerMessage,
@@ -65,6 +66,11 @@ export interface Headset {
 export interface Slices {
   connection: Connection;
   session: string | null;
+  /** This page's own name and what it may do; the studio says so in its greeting. */
+  client: string;
+  role: Role;
+  /** The page that has the robot; none when it is free. */
+  owner: string | null;
   scenes: ReadonlyMap<SceneSource, Scene>;
   live: State | null;
   map: OccupancyMap | null;
@@ -106,6 +112,9 @@ type Picture = Omit<Slices, "connection" | Own>;
 function emptyPicture(): Picture {
   return {
     session: null,
+    client: "",
+    role: "view",
+    owner: null,
     scenes: new Map(),
     live: null,
     map: null,
@@ -121,6 +130,8 @@ function emptyPicture(): Picture {
     waiting: null,
   };
 }
+
+const ROLES: readonly Role[] = ["view", "teach", "execute"];
 
 type Listener = () => void;
 
@@ -160,6 +171,8 @@ export class Store {
       case "hello":
         this.forget();
         this.set("session", message.session);
+        this.set("client", message.client);
+        this.set("role", message.role);
         if (message.version === VERSION) {
           this.set("connection", { kind: "open" });
         } else {
@@ -187,6 +200,9 @@ export class Store {
       case "status":
         this.set("status", message);
         this.set("waiting", null);
+        return;
+      case "control":
+        this.set("owner", message.owner);
         return;
       case "event":
         this.set("events", [...this.slices.events, message].slice(-EVENTS_MAX));
@@ -257,6 +273,11 @@ export class Store {
     this.set("wishes", { ...this.slices.wishes, [wish]: !this.slices.wishes[wish] });
   }
 
+  /** Whether this page may do what takes a role. Each may do what those before it may. */
+  may(role: Role): boolean {
+    return ROLES.indexOf(this.slices.role) >= ROLES.indexOf(role);
+  }
+
   /** The job takes commands: it runs, and this page is connected to it. */
   takesCommands(): boolean {
     const { connection, status, done } = this.slices;
@@ -267,7 +288,7 @@ export class Store {
   /** The job takes velocities from a hand. */
   takesDriving(): boolean {
     const { status } = this.slices;
-    return this.takesCommands() && status?.takes_driving === true && !status.paused;
+    return this.takesCommands() && this.may("execute") && status?.takes_driving === true && !status.paused;
   }
 
   private forget(): void {

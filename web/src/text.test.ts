@@ -35,8 +35,16 @@ describe("words", () => {
 
   it("tell a connection that broke from a run that has ended", () => {
     const lost = { kind: "lost", retryInSecs: 2 } as const;
-    expect(connectionText(lost, false)).toContain("trying again in 2 s");
-    expect(connectionText(lost, true)).toContain("has ended");
+    const free = { role: "execute", isOwned: false } as const;
+    expect(connectionText(lost, false, free)).toContain("trying again in 2 s");
+    expect(connectionText(lost, true, free)).toContain("has ended");
+  });
+
+  it("say what the page may do and that another has the robot", () => {
+    const open = { kind: "open" } as const;
+    expect(connectionText(open, false, { role: "execute", isOwned: false })).toBe("Live");
+    expect(connectionText(open, false, { role: "view", isOwned: false })).toContain("look");
+    expect(connectionText(open, false, { role: "execute", isOwned: true })).toContain("another page has the robot");
   });
 });
 

@@ -1,7 +1,7 @@
 // Every word a person reads on this page.
 
 import type { Push } from "./drive_pad";
-import type { Activity, Evaluation, EventLevel, PlanStep, StepState, Training } from "./protocol";
+import type { Activity, Evaluation, EventLevel, PlanStep, Role, StepState, Training } from "./protocol";
 import type { Connection, Headset } from "./store";
 import type { Alignment, AlignedBy } from "./xr/map_from_xr";
 import type { Mode, Offer } from "./xr/offer";
@@ -60,6 +60,7 @@ export const TEACH = {
   history: "What was taught",
   saving: "Saving",
   refused: "Not done",
+  mayNot: "This page was opened to look. A link to teach is shown where the studio was started.",
   steps: { class: "What", place: "Where", grasps: "Hold", actions: "Do" },
   back: "Back",
   next: "Next",
@@ -399,12 +400,18 @@ export function speedText(speed: number): string {
   return `${speed.toFixed(speed < 9.95 ? 1 : 0)}×`;
 }
 
-export function connectionText(connection: Connection, jobIsOver: boolean): string {
+/** What a page may do, and whether another has the robot. */
+export interface Standing {
+  readonly role: Role;
+  readonly isOwned: boolean;
+}
+
+export function connectionText(connection: Connection, jobIsOver: boolean, who: Standing): string {
   switch (connection.kind) {
     case "connecting":
       return "Connecting";
     case "open":
-      return "Live";
+      return `${ROLE_WORDS[who.role]}${who.isOwned ? "; another page has the robot" : ""}`;
     case "lost":
       return jobIsOver
         ? "The run has ended; this is its last picture"
@@ -415,6 +422,12 @@ export function connectionText(connection: Connection, jobIsOver: boolean): stri
       return "Page and program are of different versions; reload the page";
   }
 }
+
+const ROLE_WORDS: Record<Role, string> = {
+  view: "Live, to look at",
+  teach: "Live, to teach",
+  execute: "Live",
+};
 
 /** What a screen reader says of the picture. */
 export function sceneSummary(bodies: number, time: string): string {

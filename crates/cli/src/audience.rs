@@ -263,6 +263,7 @@ impl Inner {
                 self.status.clone_from(status);
             }
             ServerMessage::Hello(_)
+            | ServerMessage::Control(_)
             | ServerMessage::Scene(_)
             | ServerMessage::BasePath(_)
             | ServerMessage::Done(_)

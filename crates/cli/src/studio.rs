@@ -1,5 +1,7 @@
 //! `factotum studio`: look at a stored home in the browser and teach it, and see skills while they are learned.
 
+mod lan;
+
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -9,19 +11,22 @@ use factotum_experiments::training_watch::TrainingWatch;
 use factotum_geometry::Pose2;
 use factotum_protocol::{self as wire, ServerMessage};
 use factotum_semantic_map::{MapError, TopologicalGraph};
-use factotum_studio::{Studio, StudioConfig, StudioHandle};
+use factotum_studio::{Commands, Studio, StudioConfig, StudioHandle};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng as _;
 
 use crate::console::{Answer, Console, now};
 use crate::robot;
+use crate::studio::lan::{ServeArgs, show_new_links};
 use crate::teach::Desk;
 use crate::watch::StopFlag;
 use crate::wire_view::{aosm_of, map_of};
 
+/// Name of the log of who did what, in the home folder.
+const AUDIT_NAME: &str = "audit.jsonl";
 /// How often the skill folders are looked at.
 const LOOK: Duration = Duration::from_secs(1);
-/// Longest wait for an edit before the page's Stop is looked for.
+/// Longest wait for an edit before Ctrl-C is looked for.
 const WAIT: Duration = Duration::from_millis(100);
 /// Where the robot can stand is found when nobody has edited for so long: it takes longer than an edit.
 const QUIET: Duration = Duration::from_millis(400);
@@ -38,10 +43,12 @@ pub(crate) struct StudioArgs {
     /// Folder with skill folders, as `factotum skill train` makes them: their learning curves are shown as they grow.
     #[arg(long, value_name = "DIR", default_value = "skills")]
     skills: PathBuf,
+    #[command(flatten)]
+    serve: ServeArgs,
 }
 
 /// Runs `factotum studio`: shows map, objects and actions of a home, takes what a person teaches of them, and shows what
-/// is learned, until Ctrl-C or the page's Stop.
+/// is learned, until Ctrl-C.
 pub(crate) fn studio(args: &StudioArgs, console: &Console) -> anyhow::Result<Answer> {
     let robot = robot::load(&args.robot)?;
     let robot = robot.description();
@@ -53,7 +60,8 @@ pub(crate) fn studio(args: &StudioArgs, console: &Console) -> anyhow::Result<Ans
     let stop = StopFlag::on_interrupt()?;
     let studio = Studio::start(StudioConfig {
         takes_edits: true,
-        ..StudioConfig::default()
+        audit: Some(args.home.join(AUDIT_NAME)),
+        ..args.serve.config()?
     })?;
     let name = desk.name().to_owned();
     studio.publish(ServerMessage::Status(wire::Status {
@@ -74,10 +82,8 @@ pub(crate) fn studio(args: &StudioArgs, console: &Console) -> anyhow::Result<Ans
     if let Some(why) = shown.desk.closed() {
         console.say(format_args!("{name} can only be looked at: {why}"));
     }
-    console.say(format_args!(
-        "{name} at {} until Ctrl-C or its Stop",
-        studio.url()
-    ));
+    console.say(format_args!("{name} at {} until Ctrl-C", studio.url()));
+    show_new_links(&studio, console);
     let (commands, edits) = (studio.commands(), studio.edits());
     let mut trainings = TrainingWatch::new(&args.skills);
     let mut looked: Option<Instant> = None;
@@ -87,9 +93,8 @@ pub(crate) fn studio(args: &StudioArgs, console: &Console) -> anyhow::Result<Ans
             looked = Some(Instant::now());
             show_trainings(&mut trainings, &studio);
         }
-        if commands.try_next() == Some(wire::ClientMessage::Stop) {
-            break;
-        }
+        tell_that_no_robot_is_here(&commands, &studio);
+        show_new_links(&studio, console);
         if let Some(asked) = edits.next_within(WAIT) {
             let outcome = shown.desk.answer(asked.request(), unix_secs());
             if let wire::EditOutcome::Accepted { entry: Some(_), .. } = &outcome {
@@ -105,6 +110,18 @@ pub(crate) fn studio(args: &StudioArgs, console: &Console) -> anyhow::Result<Ans
     }
     studio.shutdown();
     Ok(Answer::Yes)
+}
+
+/// Commands are for a robot: of whatever role, nobody ends with them what others are teaching.
+fn tell_that_no_robot_is_here(commands: &Commands, studio: &StudioHandle) {
+    while commands.try_next().is_some() {
+        studio.publish(ServerMessage::Event(wire::Event {
+            level: wire::EventLevel::Warning,
+            text: "no robot is at work here; the studio ends with Ctrl-C where it was started"
+                .to_owned(),
+            time_secs: 0.0,
+        }));
+    }
 }
 
 /// A home that is edited while pages show it. Its map is the world of the pages.

@@ -216,8 +216,10 @@ impl Recording {
         message: &ServerMessage,
     ) -> Result<(), RecordingError> {
         match message {
-            // The page's greeting, what is learned elsewhere, and what is taught when no robot runs, say nothing of the run.
+            // The page's greeting, whose commands count, what is learned elsewhere, and what is taught when no robot runs,
+            // say nothing of the run.
             ServerMessage::Hello(_)
+            | ServerMessage::Control(_)
             | ServerMessage::Trainings(_)
             | ServerMessage::Teaching(_)
             | ServerMessage::EditAnswer(_) => Ok(()),

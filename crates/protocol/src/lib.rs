@@ -25,6 +25,7 @@ mod map;
 mod message;
 mod plan;
 mod pose;
+mod role;
 mod scene;
 mod state;
 mod teaching;
@@ -38,6 +39,7 @@ pub use map::{CELL_OCCUPIED, CELL_UNKNOWN, MapError, OccupancyMap};
 pub use message::{ClientMessage, Hello, ServerMessage};
 pub use plan::{Plan, PlanStep, StepKind, StepState};
 pub use pose::{Pose, PosePlanar};
+pub use role::{Control, Role};
 pub use scene::{Body, Geometry, Scene, SceneSource, Shape};
 pub use state::{BasePath, BodyPose, JointPosition, State};
 pub use teaching::{
@@ -48,4 +50,4 @@ pub use teaching::{
 pub use training::{Evaluation, Training, Trainings};
 
 /// Version of this protocol. A page and a studio that differ in it do not understand each other.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use ts_rs::TS;
 
 use crate::{
-    Aosm, BasePath, Done, Drive, EditAnswer, EditRequest, Event, OccupancyMap, Plan, Scene, State,
-    Status, Teaching, Trainings,
+    Aosm, BasePath, Control, Done, Drive, EditAnswer, EditRequest, Event, OccupancyMap, Plan, Role,
+    Scene, State, Status, Teaching, Trainings,
 };
 
 /// From studio to page.
@@ -29,6 +29,8 @@ pub enum ServerMessage {
     BasePath(BasePath),
     /// What the robot is at.
     Status(Status),
+    /// Whose commands it follows.
+    Control(Control),
     /// Something happened.
     Event(Event),
     /// The job is over.
@@ -49,6 +51,10 @@ pub struct Hello {
     pub version: u32,
     /// Random name of this run of the studio: a page that comes back to another one knows it.
     pub session: String,
+    /// Name of this connection, as in [`Control::owner`].
+    pub client: String,
+    /// What the page may do.
+    pub role: Role,
 }
 
 /// From page to studio.
@@ -68,4 +74,16 @@ pub enum ClientMessage {
     DriveDone,
     /// Change the home. Answered by an [`EditAnswer`].
     Edit(Box<EditRequest>),
+}
+
+impl ClientMessage {
+    /// The least role that may send it. A stop is for everybody.
+    #[must_use]
+    pub fn role_needed(&self) -> Role {
+        match self {
+            Self::Stop => Role::View,
+            Self::Edit(_) => Role::Teach,
+            Self::Pause | Self::Resume | Self::Drive(_) | Self::DriveDone => Role::Execute,
+        }
+    }
 }

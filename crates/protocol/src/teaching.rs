@@ -252,8 +252,9 @@ pub struct Approach {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, TS)]
 #[serde(deny_unknown_fields)]
 pub struct EditRequest {
-    /// A random name of the page's choice, at most [`EDIT_ID_CHARS_MAX`] characters. A request that comes again, as after
-    /// a lost connection, is not applied again: it gets the answer of the first.
+    /// A random name of the page's choice, at most [`EDIT_ID_CHARS_MAX`] characters. A request that was
+    /// accepted and comes again, as after a lost connection or a new start of the studio, is not applied again: it gets
+    /// the answer of the first.
     pub id: String,
     /// Revision of the class or object that the person saw when making the edit. If somebody has changed it since, the
     /// edit is refused. Absent: the edit is applied to whatever there is.

@@ -4,11 +4,12 @@ use ts_rs::{Config, TS as _};
 
 use crate::{
     Action, ActionMotion, Activity, Aosm, AosmEdge, AosmObject, Approach, BasePath, Body, BodyPose,
-    CatalogueClass, ClassJoint, ClassPart, ClassState, ClientMessage, Contact, Done, Drive, Edit,
-    EditAnswer, EditOutcome, EditRequest, Evaluation, Event, EventLevel, Form, Geometry, Grasp,
-    Hello, HistoryEntry, JointKind, JointPosition, NavigationRegion, ObjectClass, OccupancyMap,
-    Plan, PlanStep, Pose, PosePlanar, Provenance, Scene, SceneSource, ServerMessage, Shape, State,
-    Status, StepKind, StepState, TaughtClass, TaughtObject, Teaching, Training, Trainings,
+    CatalogueClass, ClassJoint, ClassPart, ClassState, ClientMessage, Contact, Control, Done,
+    Drive, Edit, EditAnswer, EditOutcome, EditRequest, Evaluation, Event, EventLevel, Form,
+    Geometry, Grasp, Hello, HistoryEntry, JointKind, JointPosition, NavigationRegion, ObjectClass,
+    OccupancyMap, Plan, PlanStep, Pose, PosePlanar, Provenance, Role, Scene, SceneSource,
+    ServerMessage, Shape, State, Status, StepKind, StepState, TaughtClass, TaughtObject, Teaching,
+    Training, Trainings,
 };
 
 /// Where the module is committed, from the repository's root.
@@ -40,6 +41,8 @@ pub fn module() -> String {
         ClientMessage,
         Drive,
         Hello,
+        Role,
+        Control,
         Pose,
         PosePlanar,
         Scene,

@@ -1,10 +1,10 @@
 //! What the wire promises: the shape of each message, round trips, and refusal of what is not ours.
 
 use factotum_protocol::{
-    Activity, Aosm, BasePath, Body, BodyPose, ClientMessage, Done, Drive, Evaluation, Event,
-    EventLevel, Geometry, Hello, JointPosition, MapError, NavigationRegion, OccupancyMap, Plan,
-    PlanStep, Pose, PosePlanar, Scene, SceneSource, ServerMessage, Shape, State, Status, StepKind,
-    StepState, Training, Trainings, typescript,
+    Activity, Aosm, BasePath, Body, BodyPose, ClientMessage, Control, Done, Drive, Evaluation,
+    Event, EventLevel, Geometry, Hello, JointPosition, MapError, NavigationRegion, OccupancyMap,
+    Plan, PlanStep, Pose, PosePlanar, Role, Scene, SceneSource, ServerMessage, Shape, State,
+    Status, StepKind, StepState, Training, Trainings, typescript,
 };
 use proptest::prelude::*;
 
@@ -18,10 +18,12 @@ fn example_messages() -> Vec<(ServerMessage, &'static str)> {
     vec![
         (
             ServerMessage::Hello(Hello {
-                version: 2,
+                version: 3,
                 session: "5eed".to_owned(),
+                client: "3f2a9c-1".to_owned(),
+                role: Role::Teach,
             }),
-            r#"{"type":"hello","version":2,"session":"5eed"}"#,
+            r#"{"type":"hello","version":3,"session":"5eed","client":"3f2a9c-1","role":"teach"}"#,
         ),
         (
             ServerMessage::Scene(Scene {
@@ -147,6 +149,10 @@ fn example_messages() -> Vec<(ServerMessage, &'static str)> {
                 }],
             }),
             r#"{"type":"trainings","trainings":[{"name":"door-cip-0","task":"door","ablation":"cip","seed":"18446744073709551615","running":true,"episodes":11,"env_steps":350,"violations":1,"recent_success_rate":null,"evaluations":[{"episode":10,"success_rate":0.5,"violation_rate":0.0,"peak_force_n":62.5,"time_to_success_secs":1.5}]}]}"#,
+        ),
+        (
+            ServerMessage::Control(Control { owner: None }),
+            r#"{"type":"control","owner":null}"#,
         ),
     ]
 }
@@ -372,5 +378,31 @@ proptest! {
         let difference = 2.0 * z.atan2(w) - yaw;
         prop_assert!((difference / std::f64::consts::TAU).fract().abs().min(
             1.0 - (difference / std::f64::consts::TAU).fract().abs()) < 1e-9);
+    }
+}
+
+#[test]
+fn roles_rise_and_a_stop_is_for_everybody() {
+    assert!(Role::ALL.is_sorted());
+    for role in Role::ALL {
+        assert_eq!(
+            serde_json::to_string(&role).unwrap(),
+            format!("{:?}", role.name())
+        );
+    }
+    let edit = r#"{"type":"edit","id":"a","base":null,"edit":{"kind":"undo"}}"#;
+    for (json, wanted) in [
+        (r#"{"type":"stop"}"#, Role::View),
+        (edit, Role::Teach),
+        (r#"{"type":"pause"}"#, Role::Execute),
+        (r#"{"type":"resume"}"#, Role::Execute),
+        (
+            r#"{"type":"drive","forward":0,"left":0,"turn":0}"#,
+            Role::Execute,
+        ),
+        (r#"{"type":"drive_done"}"#, Role::Execute),
+    ] {
+        let message: ClientMessage = serde_json::from_str(json).unwrap();
+        assert_eq!(message.role_needed(), wanted, "{json}");
     }
 }

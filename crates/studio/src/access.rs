@@ -1,23 +1,82 @@
-//! Who gets in: the token, the cookie it is exchanged for, and the names this server answers to.
+//! Who gets in, and as what: tokens, the sessions they are exchanged for, and the names this server answers to.
 
+use std::collections::VecDeque;
 use std::net::{IpAddr, SocketAddr};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
-use axum::http::{HeaderMap, HeaderValue, header};
+use axum::http::{HeaderMap, HeaderValue, Method, header};
+use factotum_protocol::Role;
 
 use crate::StudioError;
+use crate::attempts::Attempts;
 
 /// Random bytes in a token or a cookie: 128 bits cannot be guessed.
 const SECRET_BYTES: usize = 16;
 /// Shortest token a caller may choose, in characters; 22 of 62 kinds carry 128 bits.
 const TOKEN_CHARS_MIN: usize = 22;
+/// Sessions that are remembered. The browser that was let in first is forgotten for another.
+const SESSIONS_MAX: usize = 256;
+/// Digits of a session's name: enough to tell browsers apart, and no secret.
+const NAME_DIGITS: usize = 6;
 
 /// The secrets and names of one running server.
 #[derive(Debug)]
 pub(crate) struct Access {
-    token: Secret,
-    cookie: Secret,
-    cookie_name: String,
+    /// `http://` or `https://`.
+    scheme: &'static str,
+    /// Hosts with their port, the one to print first.
     hosts: Vec<String>,
+    cookie_name: String,
+    secrets: Mutex<Secrets>,
+    attempts: Mutex<Attempts>,
+}
+
+#[derive(Debug)]
+struct Secrets {
+    tokens: Vec<Token>,
+    /// Links that nobody has asked for yet.
+    new_links: Vec<Link>,
+    sessions: VecDeque<Session>,
+}
+
+/// What lets a browser in.
+#[derive(Debug)]
+struct Token {
+    secret: Secret,
+    role: Role,
+    /// Whether it lets one browser in and no more.
+    is_once: bool,
+}
+
+/// A browser that was let in.
+#[derive(Debug)]
+struct Session {
+    cookie: Secret,
+    visitor: Visitor,
+}
+
+/// Who stands behind a request.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Visitor {
+    /// Name of the browser's session.
+    pub(crate) name: String,
+    pub(crate) role: Role,
+}
+
+/// An address that lets a browser in.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Link {
+    /// What the browser may do.
+    pub role: Role,
+    /// The address, with a token: show it to the person at the terminal, and to nobody else.
+    pub url: String,
+}
+
+impl std::fmt::Debug for Link {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "Link({}, ..)", self.role.name())
+    }
 }
 
 /// Why a request is turned away.
@@ -29,6 +88,10 @@ pub(crate) enum Refusal {
     Origin,
     /// It carries no valid cookie.
     Cookie,
+    /// It carries a token that is wrong or used up.
+    Token,
+    /// Too many wrong tokens came from there.
+    TooManyAttempts,
 }
 
 /// A secret, which does not show in logs and compares in constant time.
@@ -57,45 +120,162 @@ impl Secret {
 pub(crate) fn random_hex() -> Result<String, StudioError> {
     let mut bytes = [0_u8; SECRET_BYTES];
     getrandom::fill(&mut bytes).map_err(|source| StudioError::Entropy { source })?;
-    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(hex(&bytes))
+}
+
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 impl Access {
-    /// For a server at `address`, with a token of the caller's choice or a random one.
-    pub(crate) fn new(address: SocketAddr, token: Option<String>) -> Result<Self, StudioError> {
-        let token = match token {
+    /// For a server on loopback: a token of the caller's choice or a random one lets any number of browsers in, to do
+    /// everything.
+    pub(crate) fn on_loopback(
+        address: SocketAddr,
+        token: Option<String>,
+    ) -> Result<Self, StudioError> {
+        let secret = match token {
             None => Secret::random()?,
             Some(token) => checked_token(token)?,
         };
-        let port = address.port();
-        let ip = match address.ip() {
-            IpAddr::V4(ip) => ip.to_string(),
-            IpAddr::V6(ip) => format!("[{ip}]"),
+        let token = Token {
+            secret,
+            role: Role::Execute,
+            is_once: false,
         };
-        Ok(Self {
-            token,
-            cookie: Secret::random()?,
-            // Cookies know no ports: two studios on one machine must not share a name.
-            cookie_name: format!("factotum_{port}"),
-            hosts: vec![format!("{ip}:{port}"), format!("localhost:{port}")],
-        })
+        let names = [address.ip().to_string(), "localhost".to_owned()];
+        Ok(Self::new(
+            "http://",
+            &names,
+            address.port(),
+            format!("factotum_{}", address.port()),
+            vec![token],
+        ))
     }
 
-    /// The address to open, with the token.
-    pub(crate) fn url(&self) -> String {
-        format!("http://{}/?token={}", self.hosts[0], self.token.0)
+    /// For a server that is encrypted, by these names: for each role a token that lets one browser in, and makes place
+    /// for another.
+    pub(crate) fn on_lan(names: &[String], port: u16, roles: &[Role]) -> Result<Self, StudioError> {
+        let once = |role: &Role| {
+            Ok(Token {
+                secret: Secret::random()?,
+                role: *role,
+                is_once: true,
+            })
+        };
+        let tokens = roles.iter().map(once).collect::<Result<_, StudioError>>()?;
+        // By its name the browser takes it only over TLS, and from this host alone (RFC 6265bis, 4.1.3).
+        let cookie_name = format!("__Host-factotum_{port}");
+        Ok(Self::new("https://", names, port, cookie_name, tokens))
     }
 
-    /// Whether this is the token.
-    pub(crate) fn token_matches(&self, candidate: &str) -> bool {
-        self.token.matches(candidate)
+    /// Cookies know no ports: two studios on one machine must not share a name.
+    fn new(
+        scheme: &'static str,
+        names: &[String],
+        port: u16,
+        cookie_name: String,
+        tokens: Vec<Token>,
+    ) -> Self {
+        let access = Self {
+            scheme,
+            hosts: names.iter().map(|name| host(name, port)).collect(),
+            cookie_name,
+            secrets: Mutex::new(Secrets {
+                tokens,
+                new_links: Vec::new(),
+                sessions: VecDeque::new(),
+            }),
+            attempts: Mutex::default(),
+        };
+        let links = access.links();
+        access.lock().new_links = links;
+        access
     }
 
-    /// The `Set-Cookie` that a valid token is exchanged for.
-    pub(crate) fn set_cookie(&self) -> Option<HeaderValue> {
+    /// What lets browsers in now.
+    pub(crate) fn links(&self) -> Vec<Link> {
+        let secrets = self.lock();
+        secrets
+            .tokens
+            .iter()
+            .map(|token| self.link(token))
+            .collect()
+    }
+
+    /// The links that were made since this was last asked.
+    pub(crate) fn take_new_links(&self) -> Vec<Link> {
+        std::mem::take(&mut self.lock().new_links)
+    }
+
+    fn link(&self, token: &Token) -> Link {
+        let host = self.hosts.first().map_or("", String::as_str);
+        Link {
+            role: token.role,
+            url: format!("{}{host}/?token={}", self.scheme, token.secret.0),
+        }
+    }
+
+    /// Lets a browser in that shows a token: the session and its `Set-Cookie`. A token for one browser is used up then,
+    /// and another takes its place.
+    pub(crate) fn exchange(
+        &self,
+        candidate: &str,
+        peer: IpAddr,
+        now: Instant,
+    ) -> Result<(Visitor, HeaderValue), Refusal> {
+        let mut attempts = self.attempts.lock().unwrap_or_else(PoisonError::into_inner);
+        if !attempts.may_try(peer, now) {
+            return Err(Refusal::TooManyAttempts);
+        }
+        let mut secrets = self.lock();
+        // All are compared, whichever it is.
+        let matching = secrets
+            .tokens
+            .iter()
+            .enumerate()
+            .fold(None, |found, (index, token)| {
+                if token.secret.matches(candidate) {
+                    Some(index)
+                } else {
+                    found
+                }
+            });
+        let Some(token) = matching.and_then(|index| secrets.tokens.get_mut(index)) else {
+            attempts.fail(peer, now);
+            return Err(Refusal::Token);
+        };
+        // Without random numbers nobody comes in.
+        let fresh = || random_hex().map_err(|_no_entropy| Refusal::Token);
+        let (cookie, mut name, next) = (fresh()?, fresh()?, fresh()?);
+        let role = token.role;
+        if token.is_once {
+            token.secret = Secret(next);
+            let link = self.link(token);
+            secrets.new_links.push(link);
+        }
+        name.truncate(NAME_DIGITS);
+        let visitor = Visitor { name, role };
+        let header = self.set_cookie(&cookie).ok_or(Refusal::Cookie)?;
+        if secrets.sessions.len() >= SESSIONS_MAX {
+            secrets.sessions.pop_front();
+        }
+        secrets.sessions.push_back(Session {
+            cookie: Secret(cookie),
+            visitor: visitor.clone(),
+        });
+        Ok((visitor, header))
+    }
+
+    fn set_cookie(&self, cookie: &str) -> Option<HeaderValue> {
+        let secure = if self.scheme == "https://" {
+            "; Secure"
+        } else {
+            ""
+        };
         let cookie = format!(
-            "{}={}; HttpOnly; SameSite=Strict; Path=/",
-            self.cookie_name, self.cookie.0
+            "{}={cookie}; HttpOnly; SameSite=Strict; Path=/{secure}",
+            self.cookie_name
         );
         HeaderValue::from_str(&cookie).ok()
     }
@@ -108,32 +288,57 @@ impl Access {
         }
     }
 
-    /// Whether the request comes from a page of this server, by the name that it also calls.
-    pub(crate) fn check_origin(&self, headers: &HeaderMap) -> Result<(), Refusal> {
+    /// Whether the request comes from a page of this server, by the name that it also calls. A browser may leave the
+    /// origin out only where it looks at something; opening a socket is more than that.
+    pub(crate) fn check_origin(&self, method: &Method, headers: &HeaderMap) -> Result<(), Refusal> {
+        let looks =
+            matches!(*method, Method::GET | Method::HEAD) && !headers.contains_key(header::UPGRADE);
+        if looks && !headers.contains_key(header::ORIGIN) {
+            return Ok(());
+        }
         let origin =
-            text(headers, header::ORIGIN).and_then(|origin| origin.strip_prefix("http://"));
+            text(headers, header::ORIGIN).and_then(|origin| origin.strip_prefix(self.scheme));
         match origin {
             Some(host) if self.is_ours(host) && text(headers, header::HOST) == Some(host) => Ok(()),
             _ => Err(Refusal::Origin),
         }
     }
 
-    /// Whether the request carries the cookie.
-    pub(crate) fn check_cookie(&self, headers: &HeaderMap) -> Result<(), Refusal> {
+    /// Whose cookie the request carries.
+    pub(crate) fn visitor(&self, headers: &HeaderMap) -> Result<Visitor, Refusal> {
+        let secrets = self.lock();
         let cookies = headers.get_all(header::COOKIE);
-        let valid = cookies
+        cookies
             .iter()
             .filter_map(|value| value.to_str().ok())
             .flat_map(|value| value.split(';'))
             .filter_map(|pair| pair.trim().split_once('='))
-            .any(|(name, value)| name == self.cookie_name && self.cookie.matches(value));
-        if valid { Ok(()) } else { Err(Refusal::Cookie) }
+            .filter(|(name, _)| *name == self.cookie_name)
+            .find_map(|(_, value)| {
+                let known = |session: &&Session| session.cookie.matches(value);
+                secrets.sessions.iter().find(known)
+            })
+            .map(|session| session.visitor.clone())
+            .ok_or(Refusal::Cookie)
     }
 
     fn is_ours(&self, host: &str) -> bool {
         self.hosts
             .iter()
             .any(|ours| ours.eq_ignore_ascii_case(host))
+    }
+
+    /// Nothing that holds this lock can panic half way, so a poisoned one is as good as new.
+    fn lock(&self) -> MutexGuard<'_, Secrets> {
+        self.secrets.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A name with its port, as a browser writes it.
+fn host(name: &str, port: u16) -> String {
+    match name.parse() {
+        Ok(IpAddr::V6(ip)) => format!("[{ip}]:{port}"),
+        _ => format!("{name}:{port}"),
     }
 }
 
@@ -162,7 +367,26 @@ mod tests {
     use super::*;
 
     fn access() -> Access {
-        Access::new(SocketAddr::from(([127, 0, 0, 1], 8080)), None).unwrap()
+        Access::on_loopback(SocketAddr::from(([127, 0, 0, 1], 8080)), None).unwrap()
+    }
+
+    fn on_lan(roles: &[Role]) -> Access {
+        let names = ["192.168.1.7", "::1", "robot.local"].map(str::to_owned);
+        Access::on_lan(&names, 8443, roles).unwrap()
+    }
+
+    const PEER: IpAddr = IpAddr::V4(std::net::Ipv4Addr::new(192, 168, 1, 9));
+
+    fn token_of(link: &Link) -> String {
+        link.url.split_once("token=").unwrap().1.to_owned()
+    }
+
+    /// The cookie that a token is exchanged for, as the browser sends it back.
+    fn let_in(access: &Access) -> String {
+        let token = token_of(&access.links()[0]);
+        let (_, cookie) = access.exchange(&token, PEER, Instant::now()).unwrap();
+        let cookie = cookie.to_str().unwrap();
+        cookie.split(';').next().unwrap().to_owned()
     }
 
     fn headers(pairs: &[(&str, &str)]) -> HeaderMap {
@@ -206,7 +430,8 @@ mod tests {
     fn origins_other_than_the_called_host_are_refused() {
         let access = access();
         let check = |origin: &str| {
-            access.check_origin(&headers(&[("host", "localhost:8080"), ("origin", origin)]))
+            let headers = headers(&[("host", "localhost:8080"), ("origin", origin)]);
+            access.check_origin(&Method::GET, &headers)
         };
         assert_eq!(check("http://localhost:8080"), Ok(()));
         for origin in [
@@ -219,38 +444,82 @@ mod tests {
         ] {
             assert_eq!(check(origin), Err(Refusal::Origin), "{origin}");
         }
+    }
+
+    #[test]
+    fn only_who_looks_may_leave_the_origin_out() {
+        let access = access();
         let none = headers(&[("host", "localhost:8080")]);
-        assert_eq!(access.check_origin(&none), Err(Refusal::Origin));
+        let socket = headers(&[("host", "localhost:8080"), ("upgrade", "websocket")]);
+        assert_eq!(access.check_origin(&Method::GET, &none), Ok(()));
+        for (method, headers) in [
+            (Method::GET, &socket),
+            (Method::POST, &none),
+            (Method::PUT, &none),
+        ] {
+            let refused = access.check_origin(&method, headers);
+            assert_eq!(refused, Err(Refusal::Origin), "{method}");
+        }
+    }
+
+    #[test]
+    fn an_encrypted_server_has_its_own_names_and_no_plain_origin() {
+        let access = on_lan(&[Role::View]);
+        for host in ["192.168.1.7:8443", "[::1]:8443", "Robot.local:8443"] {
+            assert_eq!(
+                access.check_host(&headers(&[("host", host)])),
+                Ok(()),
+                "{host}"
+            );
+        }
+        let from = |origin: &str| {
+            let headers = headers(&[("host", "robot.local:8443"), ("origin", origin)]);
+            access.check_origin(&Method::GET, &headers)
+        };
+        assert_eq!(from("https://robot.local:8443"), Ok(()));
+        assert_eq!(from("http://robot.local:8443"), Err(Refusal::Origin));
+        assert_eq!(from("https://192.168.1.7:8443"), Err(Refusal::Origin));
+        assert_eq!(
+            access.check_host(&headers(&[("host", "localhost:8443")])),
+            Err(Refusal::Host)
+        );
     }
 
     #[test]
     fn only_the_whole_cookie_of_this_server_counts() {
         let access = access();
-        let secret = access.cookie.0.clone();
-        let check = |cookie: String| access.check_cookie(&headers(&[("cookie", &cookie)]));
-        assert_eq!(check(format!("factotum_8080={secret}")), Ok(()));
-        assert_eq!(check(format!("a=b; factotum_8080={secret}")), Ok(()));
+        let cookie = let_in(&access);
+        let (_, secret) = cookie.split_once('=').unwrap();
+        let check = |cookie: &str| access.visitor(&headers(&[("cookie", cookie)]));
+        let visitor = check(&cookie).unwrap();
+        assert_eq!(visitor.role, Role::Execute);
+        assert_eq!(check(&format!("a=b; {cookie}")), Ok(visitor));
         for cookie in [
             format!("factotum_8081={secret}"),
             format!("factotum_8080={secret}0"),
             format!("factotum_8080={}", &secret[1..]),
             "factotum_8080=".to_owned(),
-            secret,
+            secret.to_owned(),
         ] {
-            assert_eq!(check(cookie.clone()), Err(Refusal::Cookie), "{cookie}");
+            assert_eq!(check(&cookie), Err(Refusal::Cookie), "{cookie}");
         }
     }
 
     #[test]
     fn tokens_are_random_and_chosen_ones_are_checked() {
-        assert_ne!(access().url(), access().url());
+        assert_ne!(access().links(), access().links());
         let address = SocketAddr::from(([127, 0, 0, 1], 8080));
         let chosen = "abcdefghijklmnopqrstuv";
-        let access = Access::new(address, Some(chosen.to_owned())).unwrap();
-        assert!(access.token_matches(chosen));
-        assert!(!access.token_matches("abcdefghijklmnopqrstuw"));
+        let access = Access::on_loopback(address, Some(chosen.to_owned())).unwrap();
+        let now = Instant::now();
+        // On loopback it lets in as often as it is shown.
+        for _ in 0..3 {
+            assert!(access.exchange(chosen, PEER, now).is_ok());
+        }
+        let wrong = access.exchange("abcdefghijklmnopqrstuw", PEER, now);
+        assert_eq!(wrong, Err(Refusal::Token));
         for weak in ["short", "abcdefghijklmnopqrst&v=", ""] {
-            let refused = Access::new(address, Some(weak.to_owned()));
+            let refused = Access::on_loopback(address, Some(weak.to_owned()));
             assert!(
                 matches!(refused, Err(StudioError::WeakToken { .. })),
                 "{weak}"
@@ -259,9 +528,70 @@ mod tests {
     }
 
     #[test]
+    fn a_pairing_token_lets_one_browser_in_and_makes_place_for_another() {
+        let access = on_lan(&Role::ALL);
+        let links = access.take_new_links();
+        assert_eq!(links, access.links());
+        assert_eq!(
+            links.iter().map(|link| link.role).collect::<Vec<_>>(),
+            Role::ALL
+        );
+        assert!(links[0].url.starts_with("https://192.168.1.7:8443/?token="));
+        let now = Instant::now();
+        let token = token_of(&links[1]);
+        let (visitor, cookie) = access.exchange(&token, PEER, now).unwrap();
+        assert_eq!(visitor.role, Role::Teach);
+        let cookie = cookie.to_str().unwrap();
+        assert!(cookie.starts_with("__Host-factotum_8443="), "{cookie}");
+        for attribute in ["; HttpOnly", "; Secure", "; SameSite=Strict", "; Path=/"] {
+            assert!(cookie.contains(attribute), "{cookie}");
+        }
+        assert_eq!(access.exchange(&token, PEER, now), Err(Refusal::Token));
+        let new = access.take_new_links();
+        assert_eq!((new.len(), new[0].role), (1, Role::Teach));
+        assert_ne!(token_of(&new[0]), token);
+        assert!(access.exchange(&token_of(&new[0]), PEER, now).is_ok());
+    }
+
+    #[test]
+    fn after_many_wrong_tokens_the_right_one_has_to_wait() {
+        let access = on_lan(&[Role::View]);
+        let now = Instant::now();
+        let refusals: Vec<Refusal> = std::iter::repeat_with(|| access.exchange("0", PEER, now))
+            .take(50)
+            .filter_map(Result::err)
+            .collect();
+        assert_eq!(refusals.len(), 50);
+        assert_eq!(refusals[0], Refusal::Token);
+        assert_eq!(refusals[49], Refusal::TooManyAttempts);
+        let token = token_of(&access.links()[0]);
+        let refused = access.exchange(&token, PEER, now);
+        assert_eq!(refused, Err(Refusal::TooManyAttempts));
+        let elsewhere = IpAddr::from([192, 168, 1, 10]);
+        assert!(access.exchange(&token, elsewhere, now).is_ok());
+        let token = token_of(&access.links()[0]);
+        let later = now + std::time::Duration::from_secs(60);
+        assert!(access.exchange(&token, PEER, later).is_ok());
+    }
+
+    #[test]
+    fn sessions_are_bounded() {
+        let access = access();
+        let first = let_in(&access);
+        let cookies: Vec<String> = (0..SESSIONS_MAX).map(|_| let_in(&access)).collect();
+        let known = |cookie: &str| access.visitor(&headers(&[("cookie", cookie)])).is_ok();
+        assert!(!known(&first));
+        assert!(cookies.iter().all(|cookie| known(cookie)));
+    }
+
+    #[test]
     fn secrets_do_not_show() {
-        let shown = format!("{:?}", access());
-        assert!(!shown.contains(&access().token.0));
-        assert_eq!(shown.matches("Secret(..)").count(), 2);
+        let access = on_lan(&Role::ALL);
+        let_in(&access);
+        let shown = format!("{access:?} {:?}", access.links());
+        for link in access.links() {
+            assert!(!shown.contains(&token_of(&link)), "{shown}");
+        }
+        assert_eq!(shown.matches("Secret(..)").count(), 4);
     }
 }

@@ -10,6 +10,9 @@ use std::time::Duration;
 use factotum_protocol::{EDIT_ID_CHARS_MAX, EditAnswer, EditOutcome, EditRequest, ServerMessage};
 use tokio::sync::mpsc;
 
+use crate::audit::{Audit, Line};
+use crate::connection::Client;
+
 /// Edits that may wait. A home takes hundreds a second, so more than a few mean that its disk has gone.
 const WAITING_MAX: usize = 256;
 
@@ -29,12 +32,20 @@ struct Shared {
 #[derive(Debug)]
 pub struct AskedEdit {
     request: EditRequest,
-    answers: mpsc::Sender<ServerMessage>,
+    asker: Asker,
+}
+
+/// The page that asks.
+#[derive(Clone, Debug)]
+pub(crate) struct Asker {
+    pub(crate) client: Client,
+    pub(crate) answers: mpsc::Sender<ServerMessage>,
+    pub(crate) audit: Arc<Audit>,
 }
 
 impl AskedEdit {
-    pub(crate) fn new(request: EditRequest, answers: mpsc::Sender<ServerMessage>) -> Self {
-        Self { request, answers }
+    pub(crate) fn new(request: EditRequest, asker: Asker) -> Self {
+        Self { request, asker }
     }
 
     /// What is asked for.
@@ -46,11 +57,18 @@ impl AskedEdit {
     /// Tells the page that asked, and no other, what has become of its edit. What the edit made of the home is to be
     /// published before. A page that is gone hears nothing; it may ask again under the same id.
     pub fn answer(self, outcome: EditOutcome) {
+        let Asker {
+            client,
+            answers,
+            audit,
+        } = self.asker;
+        let line = Line::of_edit(&self.request.id, &self.request.edit, &outcome);
+        audit.note(&line.of(&client.name, client.role));
         let answer = ServerMessage::EditAnswer(EditAnswer {
             id: self.request.id,
             outcome,
         });
-        if self.answers.try_send(answer).is_err() {
+        if answers.try_send(answer).is_err() {
             tracing::debug!("a page does not hear what became of its edit");
         }
     }
@@ -70,8 +88,8 @@ impl Edits {
     }
 
     /// Lets an edit wait. One that nobody could apply is answered at once.
-    pub(crate) fn push(&self, request: EditRequest, answers: mpsc::Sender<ServerMessage>) {
-        let asked = AskedEdit::new(request, answers);
+    pub(crate) fn push(&self, request: EditRequest, asker: Asker) {
+        let asked = AskedEdit::new(request, asker);
         let reason = problem_of(&asked.request).or_else(|| {
             (self.lock().len() >= WAITING_MAX)
                 .then(|| format!("{WAITING_MAX} edits wait already; the home does not take them"))
@@ -107,7 +125,7 @@ fn problem_of(request: &EditRequest) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use factotum_protocol::{Edit, Pose};
+    use factotum_protocol::{Edit, Pose, Role};
 
     use super::*;
 
@@ -120,6 +138,19 @@ mod tests {
                 pose: Pose::from_position_yaw([x, 0.0, 0.0], 0.0),
             },
         }
+    }
+
+    fn asker() -> (Asker, mpsc::Receiver<ServerMessage>) {
+        let (answers, heard) = mpsc::channel(1);
+        let asker = Asker {
+            client: Client {
+                name: "ana-1".to_owned(),
+                role: Role::Teach,
+            },
+            answers,
+            audit: Arc::new(Audit::new(None)),
+        };
+        (asker, heard)
     }
 
     fn refusal(answers: &mut mpsc::Receiver<ServerMessage>) -> Option<String> {
@@ -135,9 +166,9 @@ mod tests {
     #[test]
     fn edits_come_out_in_order_and_once() {
         let edits = Edits::default();
-        let (answers, _heard) = mpsc::channel(1);
+        let (asker, _heard) = asker();
         for id in ["a", "b"] {
-            edits.push(request(id, 0.0), answers.clone());
+            edits.push(request(id, 0.0), asker.clone());
         }
         let next = |edits: &Edits| {
             let asked = edits.next_within(Duration::ZERO)?;
@@ -151,14 +182,14 @@ mod tests {
     #[test]
     fn what_nobody_could_apply_is_answered_at_once() {
         let edits = Edits::default();
-        let (answers, mut heard) = mpsc::channel(1);
+        let (asker, mut heard) = asker();
         for (request, wanted) in [
             (request("", 0.0), "0 characters"),
             (request(&"x".repeat(65), 0.0), "65 characters"),
             (request("a", f64::NAN), "not finite"),
             (request("a", f64::INFINITY), "not finite"),
         ] {
-            edits.push(request, answers.clone());
+            edits.push(request, asker.clone());
             let reason = refusal(&mut heard).unwrap();
             assert!(reason.contains(wanted), "{reason}");
         }
@@ -168,12 +199,12 @@ mod tests {
     #[test]
     fn more_than_can_wait_are_refused() {
         let edits = Edits::default();
-        let (answers, mut heard) = mpsc::channel(1);
+        let (asker, mut heard) = asker();
         for number in 0..WAITING_MAX {
-            edits.push(request(&number.to_string(), 0.0), answers.clone());
+            edits.push(request(&number.to_string(), 0.0), asker.clone());
         }
         assert_eq!(refusal(&mut heard), None);
-        edits.push(request("one more", 0.0), answers);
+        edits.push(request("one more", 0.0), asker);
         assert!(refusal(&mut heard).unwrap().contains("wait already"));
     }
 }

@@ -1,6 +1,7 @@
 //! What can go wrong when a studio starts.
 
 use std::net::SocketAddr;
+use std::path::PathBuf;
 
 use thiserror::Error;
 
@@ -11,7 +12,7 @@ pub enum StudioError {
     /// The address is not a loopback address.
     #[error(
         "studio address {address} is not on loopback, expected 127.0.0.1 or [::1]: \
-         its traffic is not encrypted"
+         without --lan its traffic is not encrypted"
     )]
     NotLoopback {
         /// Address asked for.
@@ -47,5 +48,25 @@ pub enum StudioError {
     Thread {
         /// What the operating system said.
         source: std::io::Error,
+    },
+    /// No certificate could be made for the names, or it could not be used.
+    #[error("cannot make a certificate: {source}")]
+    Certificate {
+        /// What was wrong.
+        source: rcgen::Error,
+    },
+    /// The certificate could not be written.
+    #[error("cannot write the certificate `{path}`: {source}")]
+    CertificateFile {
+        /// Its file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// TLS refuses the certificate.
+    #[error("cannot serve with the certificate: {source}")]
+    Tls {
+        /// What was wrong.
+        source: rustls::Error,
     },
 }

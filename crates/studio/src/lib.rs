@@ -22,10 +22,18 @@
 //!
 //! # Who gets in
 //!
-//! The studio listens on loopback only and refuses anything else: its traffic is not encrypted.
-//! [`url`](StudioHandle::url) carries a random 128-bit token, which is exchanged once for a cookie
-//! (`HttpOnly`, `SameSite=Strict`) and leaves the address bar. Every request must name this server
-//! in `Host` (against DNS rebinding), and a WebSocket also in `Origin` (against other pages).
+//! On loopback, which is the default, [`url`](StudioHandle::url) carries a random 128-bit token, which is exchanged for
+//! a cookie (`HttpOnly`, `SameSite=Strict`) and leaves the address bar. Another address is refused unless the studio is
+//! told to serve a [`Lan`]: it then speaks TLS with a certificate of its own, and each [`Link`] lets one browser in, as
+//! what its role says. Every request must name this server in `Host` (against DNS rebinding), and whatever does more
+//! than look also in `Origin` (against other pages). What is promised and what is not: `docs/security.md`.
+//!
+//! # Who may do what
+//!
+//! A page looks, teaches or commands, as its [`Role`](factotum_protocol::Role) says. One page at a time has the robot:
+//! the first that commands it. While it drives, its commands are the heartbeat; when they stop or it is gone, the robot
+//! is told to come to rest. A stop is taken from everybody. Who did what is written to
+//! [`audit`](StudioConfig::audit).
 //!
 //! # Example
 //!
@@ -49,16 +57,24 @@
 
 mod access;
 mod assets;
+mod attempts;
+mod audit;
+mod certificate;
 mod commands;
 mod connection;
+mod control;
+mod door;
 mod edits;
 mod error;
+mod lan;
 mod picture;
 mod routes;
 mod server;
 
+pub use access::Link;
 pub use assets::is_page_built;
 pub use commands::Commands;
 pub use edits::{AskedEdit, Edits};
 pub use error::StudioError;
-pub use server::{Studio, StudioConfig, StudioHandle};
+pub use lan::lan_names;
+pub use server::{Lan, Studio, StudioConfig, StudioHandle};

@@ -50,6 +50,7 @@ enum Slot {
     Plan,
     BasePath,
     Status,
+    Control,
     Done,
     Trainings,
     Teaching,
@@ -95,6 +96,7 @@ impl Picture {
             ServerMessage::Plan(_) => Some(Slot::Plan),
             ServerMessage::BasePath(_) => Some(Slot::BasePath),
             ServerMessage::Status(_) => Some(Slot::Status),
+            ServerMessage::Control(_) => Some(Slot::Control),
             ServerMessage::Done(_) => Some(Slot::Done),
             ServerMessage::Trainings(_) => Some(Slot::Trainings),
             ServerMessage::Teaching(_) => Some(Slot::Teaching),
@@ -231,6 +233,8 @@ mod tests {
         let hello = factotum_protocol::Hello {
             version: 0,
             session: String::new(),
+            client: String::new(),
+            role: factotum_protocol::Role::View,
         };
         assert!(picture.put(ServerMessage::Hello(hello)).is_err());
         assert_eq!(messages(&picture, 0), []);

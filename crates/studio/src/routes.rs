@@ -1,10 +1,11 @@
 //! What is served where, behind which checks.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use axum::extract::ws::WebSocketUpgrade;
-use axum::extract::{DefaultBodyLimit, Path, Query, Request, State};
-use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::extract::{ConnectInfo, DefaultBodyLimit, Path, Query, Request, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{Html, IntoResponse, Redirect, Response};
 use axum::routing::get;
@@ -12,6 +13,8 @@ use axum::{Json, Router};
 use serde::{Deserialize, Serialize};
 
 use crate::access::Refusal;
+use crate::audit::{Kind, Line};
+use crate::door::Peer;
 use crate::server::Shared;
 use crate::{assets, connection};
 
@@ -24,6 +27,27 @@ const MESSAGE_BYTES_MAX: usize = 256 * 1024;
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
     img-src 'self' data: blob:; font-src 'self'; connect-src 'self'; manifest-src 'self'; \
     base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// What a browser may do with every answer.
+const HEADERS: [(HeaderName, &str); 6] = [
+    (header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY),
+    (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+    // The token in the first address must not travel on.
+    (header::REFERRER_POLICY, "no-referrer"),
+    // No other page shares its memory or embeds what it is made of.
+    (
+        HeaderName::from_static("cross-origin-opener-policy"),
+        "same-origin",
+    ),
+    (
+        HeaderName::from_static("cross-origin-resource-policy"),
+        "same-origin",
+    ),
+    (
+        HeaderName::from_static("permissions-policy"),
+        "camera=(), geolocation=(), microphone=(), payment=(), usb=(), xr-spatial-tracking=(self)",
+    ),
+];
 
 const REFUSED: &str = include_str!("refused.html");
 
@@ -39,19 +63,32 @@ pub(crate) fn router(shared: Arc<Shared>) -> Router {
         .with_state(shared)
 }
 
-/// Turns away requests for other hosts, and fixes what a browser may do with every answer.
-async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
-    let mut response = match shared.access.check_host(request.headers()) {
+/// Turns away requests for other hosts and from other pages, fixes what a browser may do with every answer, and notes
+/// who was refused.
+async fn guard(
+    State(shared): State<Arc<Shared>>,
+    ConnectInfo(Peer(peer)): ConnectInfo<Peer>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let (access, headers) = (&shared.access, request.headers());
+    let checked = access
+        .check_host(headers)
+        .and_then(|()| access.check_origin(request.method(), headers));
+    let mut response = match checked {
         Ok(()) => next.run(request).await,
         Err(refusal) => refusal.into_response(),
     };
+    if let Some(refusal) = response.extensions().get::<Refusal>() {
+        tracing::warn!(?refusal, %peer, "request refused");
+        // A browser without a cookie is nobody's attack: it is told where the address is.
+        if *refusal != Refusal::Cookie {
+            let line = Line::new(Kind::Refusal, refusal.words());
+            shared.audit.note(&line.from(peer));
+        }
+    }
     let headers = response.headers_mut();
-    for (name, value) in [
-        (header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY),
-        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
-        // The token in the first address must not travel on.
-        (header::REFERRER_POLICY, "no-referrer"),
-    ] {
+    for (name, value) in HEADERS {
         headers.insert(name, HeaderValue::from_static(value));
     }
     headers
@@ -68,22 +105,27 @@ struct PageQuery {
 /// The page; a token in the address is exchanged for the cookie and taken out of the address.
 async fn page(
     State(shared): State<Arc<Shared>>,
+    ConnectInfo(Peer(peer)): ConnectInfo<Peer>,
     Query(query): Query<PageQuery>,
     headers: HeaderMap,
 ) -> Response {
-    match query.token {
-        Some(token) if shared.access.token_matches(&token) => {
+    let Some(token) = query.token else {
+        return match shared.access.visitor(&headers) {
+            Ok(_) => assets::page(),
+            Err(refusal) => refusal.into_response(),
+        };
+    };
+    match shared.access.exchange(&token, peer, Instant::now()) {
+        Ok((visitor, cookie)) => {
+            let line = Line::new(Kind::Pairing, "");
+            shared
+                .audit
+                .note(&line.of(&visitor.name, visitor.role).from(peer));
             let mut response = Redirect::to("/").into_response();
-            if let Some(cookie) = shared.access.set_cookie() {
-                response.headers_mut().insert(header::SET_COOKIE, cookie);
-            }
+            response.headers_mut().insert(header::SET_COOKIE, cookie);
             response
         }
-        Some(_) => Refusal::Cookie.into_response(),
-        None => match shared.access.check_cookie(&headers) {
-            Ok(()) => assets::page(),
-            Err(refusal) => refusal.into_response(),
-        },
+        Err(refusal) => refusal.into_response(),
     }
 }
 
@@ -92,8 +134,8 @@ async fn asset(
     Path(path): Path<String>,
     headers: HeaderMap,
 ) -> Response {
-    match shared.access.check_cookie(&headers) {
-        Ok(()) => assets::file(&path).unwrap_or_else(|| StatusCode::NOT_FOUND.into_response()),
+    match shared.access.visitor(&headers) {
+        Ok(_) => assets::file(&path).unwrap_or_else(|| StatusCode::NOT_FOUND.into_response()),
         Err(refusal) => refusal.into_response(),
     }
 }
@@ -117,13 +159,10 @@ async fn socket(
     headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    let checked = shared
-        .access
-        .check_origin(&headers)
-        .and_then(|()| shared.access.check_cookie(&headers));
-    if let Err(refusal) = checked {
-        return refusal.into_response();
-    }
+    let visitor = match shared.access.visitor(&headers) {
+        Ok(visitor) => visitor,
+        Err(refusal) => return refusal.into_response(),
+    };
     let Ok(seat) = Arc::clone(&shared.seats).try_acquire_owned() else {
         return (StatusCode::SERVICE_UNAVAILABLE, "too many pages are open\n").into_response();
     };
@@ -131,22 +170,41 @@ async fn socket(
         .max_message_size(MESSAGE_BYTES_MAX)
         .max_frame_size(MESSAGE_BYTES_MAX)
         .on_upgrade(move |socket| async move {
-            connection::serve(socket, &shared).await;
+            connection::serve(socket, &shared, visitor).await;
             drop(seat);
         })
 }
 
+impl Refusal {
+    fn words(self) -> &'static str {
+        match self {
+            Self::Host => "not the name of this server",
+            Self::Origin => "not a page of this server",
+            Self::Cookie => "no cookie of this server",
+            Self::Token => "a token that is wrong or used up",
+            Self::TooManyAttempts => "too many wrong tokens; wait a minute",
+        }
+    }
+}
+
 impl IntoResponse for Refusal {
     fn into_response(self) -> Response {
-        tracing::warn!(refusal = ?self, "request refused");
-        match self {
-            Self::Host => (
-                StatusCode::MISDIRECTED_REQUEST,
-                "not the name of this server\n",
-            )
-                .into_response(),
-            Self::Origin => (StatusCode::FORBIDDEN, "not a page of this server\n").into_response(),
-            Self::Cookie => (StatusCode::UNAUTHORIZED, Html(REFUSED)).into_response(),
+        let status = match self {
+            Self::Host => StatusCode::MISDIRECTED_REQUEST,
+            Self::Origin => StatusCode::FORBIDDEN,
+            Self::Cookie | Self::Token => StatusCode::UNAUTHORIZED,
+            Self::TooManyAttempts => StatusCode::TOO_MANY_REQUESTS,
+        };
+        let mut response = match self {
+            Self::Cookie | Self::Token => (status, Html(REFUSED)).into_response(),
+            _ => (status, format!("{}\n", self.words())).into_response(),
+        };
+        if self == Self::TooManyAttempts {
+            let wait = HeaderValue::from_static("60");
+            response.headers_mut().insert(header::RETRY_AFTER, wait);
         }
+        // For the guard, which knows where the request came from.
+        response.extensions_mut().insert(self);
+        response
     }
 }

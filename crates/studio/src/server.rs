@@ -1,16 +1,23 @@
 //! Starting and stopping the server, and the handle by which the rest of the program uses it.
 
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use factotum_protocol::ServerMessage;
+use factotum_protocol::{Role, ServerMessage};
+use rustls::ServerConfig;
 use tokio::runtime::Runtime;
 use tokio::sync::{Semaphore, watch};
 
-use crate::access::{Access, random_hex};
+use crate::access::{Access, Link, random_hex};
+use crate::audit::Audit;
+use crate::certificate::Certificate;
 use crate::commands::Commands;
+use crate::control::Ownership;
+use crate::door::{Door, Peer};
 use crate::edits::Edits;
 use crate::picture::Picture;
 use crate::{StudioError, routes};
@@ -21,11 +28,15 @@ const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(2);
 /// What a studio may be told. The default is a free port on loopback and a random token.
 #[derive(Clone, Debug)]
 pub struct StudioConfig {
-    /// Address to listen on; it must be on loopback. Port 0 takes a free one.
+    /// Address to listen on; without a [`Lan`] it must be on loopback. Port 0 takes a free one.
     pub bind: SocketAddr,
-    /// Token that lets a browser in: at least 22 letters and digits. `None` makes a random one,
+    /// Token that lets a browser in on loopback: at least 22 letters and digits. `None` makes a random one,
     /// which is what everybody but a test should use.
     pub token: Option<String>,
+    /// Serves other machines too, encrypted.
+    pub lan: Option<Lan>,
+    /// File to which is written who did what, a JSON document a line. It is put aside when it has grown.
+    pub audit: Option<PathBuf>,
     /// How many past events a late page is shown.
     pub events_max: usize,
     /// How many pages may be open at once.
@@ -39,11 +50,24 @@ impl Default for StudioConfig {
         Self {
             bind: SocketAddr::from((Ipv4Addr::LOCALHOST, 0)),
             token: None,
+            lan: None,
+            audit: None,
             events_max: 200,
             pages_max: 32,
             takes_edits: false,
         }
     }
+}
+
+/// How a studio serves other machines.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Lan {
+    /// Addresses and names by which browsers may call it; the first is printed. See [`lan_names`](crate::lan_names).
+    pub names: Vec<String>,
+    /// File in which certificate and key are kept from one run to the next. Its owner alone may read it.
+    pub certificate: PathBuf,
+    /// For each a link is made.
+    pub roles: Vec<Role>,
 }
 
 /// The server. See the crate's documentation.
@@ -58,10 +82,21 @@ pub(crate) struct Shared {
     pub(crate) commands: Commands,
     /// None where nobody takes them.
     pub(crate) edits: Option<Edits>,
+    pub(crate) ownership: Ownership,
+    pub(crate) audit: Arc<Audit>,
+    n_clients: AtomicU64,
     pub(crate) session: String,
     pub(crate) seats: Arc<Semaphore>,
     n_seats: u32,
     pub(crate) closing: watch::Sender<bool>,
+}
+
+impl Shared {
+    /// A name for another connection of a browser.
+    pub(crate) fn client_name(&self, session: &str) -> String {
+        let number = self.n_clients.fetch_add(1, Ordering::Relaxed) + 1;
+        format!("{session}-{number}")
+    }
 }
 
 impl Studio {
@@ -69,22 +104,38 @@ impl Studio {
     ///
     /// # Errors
     ///
-    /// When the configuration is refused, the address is taken, or the system has no thread or no
-    /// random numbers left.
+    /// When the configuration is refused, the address is taken, the certificate cannot be made or kept, or the system
+    /// has no thread or no random numbers left.
     pub fn start(config: StudioConfig) -> Result<StudioHandle, StudioError> {
         let address = config.bind;
-        if !address.ip().is_loopback() {
+        if config.lan.is_none() && !address.ip().is_loopback() {
             return Err(StudioError::NotLoopback { address });
         }
         let bind_error = |source| StudioError::Bind { address, source };
         let listener = TcpListener::bind(address).map_err(bind_error)?;
         listener.set_nonblocking(true).map_err(bind_error)?;
         let address = listener.local_addr().map_err(bind_error)?;
+        let (mut tls, mut fingerprint) = (None, None);
+        let access = match &config.lan {
+            None => Access::on_loopback(address, config.token)?,
+            Some(lan) => {
+                let now = SystemTime::now()
+                    .duration_since(UNIX_EPOCH)
+                    .unwrap_or_default();
+                let kept = Certificate::kept(&lan.certificate, &lan.names, now.as_secs())?;
+                tls = Some(kept.tls().map_err(|source| StudioError::Tls { source })?);
+                fingerprint = Some(kept.fingerprint());
+                Access::on_lan(&lan.names, address.port(), &lan.roles)?
+            }
+        };
         let shared = Arc::new(Shared {
-            access: Access::new(address, config.token)?,
+            access,
             picture: Picture::new(config.events_max),
             commands: Commands::default(),
             edits: config.takes_edits.then(Edits::default),
+            ownership: Ownership::default(),
+            audit: Arc::new(Audit::new(config.audit)),
+            n_clients: AtomicU64::new(0),
             session: random_hex()?,
             seats: Arc::new(Semaphore::new(usize::from(config.pages_max))),
             n_seats: u32::from(config.pages_max),
@@ -98,11 +149,11 @@ impl Studio {
         let served = Arc::clone(&shared);
         let thread = std::thread::Builder::new()
             .name("studio".to_owned())
-            .spawn(move || serve(runtime, listener, served))
+            .spawn(move || serve(runtime, listener, tls, served))
             .map_err(|source| StudioError::Thread { source })?;
         Ok(StudioHandle {
-            url: shared.access.url(),
             address,
+            fingerprint,
             shared,
             thread: Some(thread),
         })
@@ -110,17 +161,24 @@ impl Studio {
 }
 
 /// The studio's thread: serves until `closing`, then lets connections say goodbye.
-fn serve(runtime: Runtime, listener: TcpListener, shared: Arc<Shared>) {
+fn serve(
+    runtime: Runtime,
+    listener: TcpListener,
+    tls: Option<Arc<ServerConfig>>,
+    shared: Arc<Shared>,
+) {
     runtime.block_on(async {
-        let listener = match tokio::net::TcpListener::from_std(listener) {
-            Ok(listener) => listener,
+        let listener = tokio::net::TcpListener::from_std(listener);
+        let door = match listener.and_then(|listener| Door::open(listener, tls)) {
+            Ok(door) => door,
             Err(error) => {
                 tracing::error!(%error, "studio cannot use its socket");
                 return;
             }
         };
         let mut closing = shared.closing.subscribe();
-        let server = axum::serve(listener, routes::router(Arc::clone(&shared)))
+        let router = routes::router(Arc::clone(&shared));
+        let server = axum::serve(door, router.into_make_service_with_connect_info::<Peer>())
             .with_graceful_shutdown(async move {
                 // An error means that all handles are gone, which ends the server as well.
                 drop(closing.wait_for(|closing| *closing).await);
@@ -150,18 +208,37 @@ fn serve(runtime: Runtime, listener: TcpListener, shared: Arc<Shared>) {
 /// A running studio. Dropping it shuts the studio down.
 #[derive(Debug)]
 pub struct StudioHandle {
-    url: String,
     address: SocketAddr,
+    fingerprint: Option<String>,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl StudioHandle {
-    /// The address to open in a browser. It carries the token: print it for the person at the
-    /// terminal, and for nobody else.
+    /// The address to open in a browser. It carries a token: print it for the person at the
+    /// terminal, and for nobody else. Of an encrypted studio, the first of [`links`](Self::links).
     #[must_use]
-    pub fn url(&self) -> &str {
-        &self.url
+    pub fn url(&self) -> String {
+        let first = self.links().into_iter().next();
+        first.map_or_else(String::new, |link| link.url)
+    }
+
+    /// What lets browsers in now: on loopback one link, of an encrypted studio one for each role.
+    #[must_use]
+    pub fn links(&self) -> Vec<Link> {
+        self.shared.access.links()
+    }
+
+    /// The links that were made since this was last asked: at first all, then one for each that was used up.
+    #[must_use]
+    pub fn take_new_links(&self) -> Vec<Link> {
+        self.shared.access.take_new_links()
+    }
+
+    /// SHA-256 of the certificate, as browsers show it; none on loopback, where there is none.
+    #[must_use]
+    pub fn fingerprint(&self) -> Option<&str> {
+        self.fingerprint.as_deref()
     }
 
     /// The address listened on.

@@ -15,7 +15,7 @@ interface Action {
 export function controls(store: Store, connection: StudioConnection): HTMLElement {
   const dialog = stopDialog(() => connection.send({ type: "stop" }));
   const pauseOrResume = (): void => {
-    if (store.takesCommands() && store.get("waiting") === null) {
+    if (store.takesCommands() && store.may("execute") && store.get("waiting") === null) {
       const paused = store.get("status")?.paused === true;
       connection.send({ type: paused ? "resume" : "pause" });
     }
@@ -33,6 +33,8 @@ export function controls(store: Store, connection: StudioConnection): HTMLElemen
   store.watch(["status", "connection", "done", "waiting"], () => {
     const paused = store.get("status")?.paused === true;
     pause.show(paused ? "running" : "pause", paused ? TEXT.resume : TEXT.pause);
+    // What cannot be done is not shown; a stop is for everybody.
+    pause.node.hidden = !store.may("execute");
     pause.node.disabled = !store.takesCommands() || store.get("waiting") !== null;
     stop.node.disabled = !store.takesCommands();
   });

@@ -33,9 +33,11 @@ export function statusBar(store: Store, bar: HTMLElement): void {
     activity.dataset["activity"] = status?.paused === true ? "paused" : (status?.activity ?? "");
     activity.hidden = status === null;
   });
-  store.watch(["connection", "done"], () => {
+  store.watch(["connection", "done", "role", "owner", "client"], () => {
     const now = store.get("connection");
-    connection.textContent = connectionText(now, store.get("done") !== null);
+    const owner = store.get("owner");
+    const who = { role: store.get("role"), isOwned: owner !== null && owner !== store.get("client") };
+    connection.textContent = connectionText(now, store.get("done") !== null, who);
     connection.dataset["kind"] = now.kind;
   });
   const readOut = (): void => {

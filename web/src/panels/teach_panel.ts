@@ -76,12 +76,13 @@ export function teachPanel(desk: Desk): HTMLElement {
     showLesson();
     view?.show();
   });
-  store.watch(["teaching", "unanswered", "connection"], () => {
+  store.watch(["teaching", "unanswered", "connection", "role"], () => {
     const teaching = store.get("teaching");
-    const works = teaching !== null && teaching.closed === "" && store.get("connection").kind === "open";
-    closed.hidden = teaching === null || teaching.closed === "";
-    closed.textContent = teaching?.closed ?? "";
-    setAttributes(step, { inert: teaching !== null && teaching.closed !== "" });
+    const why = store.may("teach") ? (teaching?.closed ?? "") : TEACH.mayNot;
+    const works = teaching !== null && why === "" && store.get("connection").kind === "open";
+    closed.hidden = teaching === null || why === "";
+    closed.textContent = why;
+    setAttributes(step, { inert: teaching !== null && why !== "" });
     const busy = store.get("unanswered") > 0;
     saving.textContent = busy ? TEACH.saving : "";
     label(undo, works && !busy, teaching?.undo ?? null, TEACH.undo, TEACH.nothingToUndo);

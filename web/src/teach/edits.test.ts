@@ -4,7 +4,7 @@ import { type ClientMessage, type Edit, type EditOutcome, type Teaching, VERSION
 import { Store } from "../store";
 import { Edits } from "./edits";
 
-const hello = { type: "hello", version: VERSION, session: "a" } as const;
+const hello = { type: "hello", version: VERSION, session: "a", client: "a-1", role: "teach" } as const;
 const teaching: Teaching = {
   closed: "",
   classes: [],

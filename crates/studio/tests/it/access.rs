@@ -1,6 +1,6 @@
 //! Who gets in, and what a browser may do with what it gets.
 
-use crate::client::{Page, get, log_in, path_with_token, start};
+use crate::client::{Page, get, log_in, path_with_token, request, start};
 
 #[tokio::test]
 async fn the_token_is_exchanged_for_a_cookie_and_leaves_the_address() {
@@ -53,7 +53,7 @@ async fn without_token_or_cookie_nothing_but_health_is_served() {
     }
     let health = get(address, "/api/health", &[]).await;
     assert_eq!(health.status, 200);
-    assert_eq!(health.body, r#"{"status":"ok","protocol_version":2}"#);
+    assert_eq!(health.body, r#"{"status":"ok","protocol_version":3}"#);
 }
 
 #[tokio::test]
@@ -166,4 +166,51 @@ async fn paths_lead_nowhere_but_into_the_page() {
         let answer = get(studio.local_address(), path, &[("Cookie", &cookie)]).await;
         assert_eq!(answer.status, 404, "{path}: {}", answer.body);
     }
+}
+
+#[tokio::test]
+async fn a_request_from_another_page_is_refused_on_every_route() {
+    let studio = start();
+    let address = studio.local_address();
+    let cookie = log_in(&studio).await;
+    let ours = format!("http://{address}");
+    for path in ["/", "/api/health", "/assets/index.js", "/nothing/here"] {
+        for origin in ["http://evil.example", "null", "http://localhost:1"] {
+            let headers = [("Cookie", cookie.as_str()), ("Origin", origin)];
+            assert_eq!(
+                get(address, path, &headers).await.status,
+                403,
+                "{path} {origin}"
+            );
+        }
+        let headers = [("Cookie", cookie.as_str())];
+        let refused = request("POST", address, path, &headers).await;
+        assert_eq!(refused.status, 403, "{path} without an origin");
+        let headers = [("Cookie", cookie.as_str()), ("Origin", ours.as_str())];
+        assert_ne!(get(address, path, &headers).await.status, 403, "{path}");
+        assert_eq!(
+            request("POST", address, path, &headers).await.status,
+            405,
+            "{path}"
+        );
+    }
+}
+
+#[tokio::test]
+async fn wrong_tokens_are_counted_and_the_right_one_has_to_wait_too() {
+    let studio = start();
+    let address = studio.local_address();
+    let mut statuses = Vec::new();
+    for number in 0..12 {
+        let answer = get(address, &format!("/?token={number}"), &[]).await;
+        if answer.status == 429 {
+            assert_eq!(answer.header("retry-after"), Some("60"));
+        }
+        statuses.push(answer.status);
+    }
+    assert_eq!(statuses, [[401; 10].as_slice(), &[429; 2]].concat());
+    assert_eq!(
+        get(address, &path_with_token(&studio), &[]).await.status,
+        429
+    );
 }

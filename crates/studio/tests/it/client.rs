@@ -6,7 +6,7 @@ use std::time::Duration;
 use factotum_protocol::{Event, EventLevel, ServerMessage};
 use factotum_studio::{Studio, StudioConfig, StudioHandle};
 use futures_util::{SinkExt as _, StreamExt as _};
-use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
+use tokio::io::{AsyncRead, AsyncReadExt as _, AsyncWrite, AsyncWriteExt as _};
 use tokio::net::TcpStream;
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest as _;
@@ -48,7 +48,29 @@ impl Answer {
 
 /// Asks for `path`, with the server's own name as `Host` unless `headers` give another.
 pub(crate) async fn get(address: SocketAddr, path: &str, headers: &[(&str, &str)]) -> Answer {
-    let mut request = format!("GET {path} HTTP/1.1\r\nConnection: close\r\n");
+    request("GET", address, path, headers).await
+}
+
+/// Asks with another method.
+pub(crate) async fn request(
+    method: &str,
+    address: SocketAddr,
+    path: &str,
+    headers: &[(&str, &str)],
+) -> Answer {
+    let mut stream = TcpStream::connect(address).await.unwrap();
+    exchange(&mut stream, method, address, path, headers).await
+}
+
+/// One request and its answer.
+pub(crate) async fn exchange(
+    stream: &mut (impl AsyncRead + AsyncWrite + Unpin),
+    method: &str,
+    address: SocketAddr,
+    path: &str,
+    headers: &[(&str, &str)],
+) -> Answer {
+    let mut request = format!("{method} {path} HTTP/1.1\r\nConnection: close\r\n");
     if !headers.iter().any(|(name, _)| *name == "Host") {
         request.push_str(&format!("Host: {address}\r\n"));
     }
@@ -56,10 +78,10 @@ pub(crate) async fn get(address: SocketAddr, path: &str, headers: &[(&str, &str)
         request.push_str(&format!("{name}: {value}\r\n"));
     }
     request.push_str("\r\n");
-    let mut stream = TcpStream::connect(address).await.unwrap();
     stream.write_all(request.as_bytes()).await.unwrap();
-    let mut answer = String::new();
-    stream.read_to_string(&mut answer).await.unwrap();
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).await.unwrap();
+    let answer = String::from_utf8(answer).unwrap();
     let (head, body) = answer.split_once("\r\n\r\n").unwrap();
     Answer {
         status: head.split(' ').nth(1).unwrap().parse().unwrap(),
@@ -81,9 +103,14 @@ pub(crate) async fn log_in(studio: &StudioHandle) -> String {
     cookie.split(';').next().unwrap().to_owned()
 }
 
+/// What a page's socket runs over.
+pub(crate) trait Wire: AsyncRead + AsyncWrite + Unpin + Send {}
+
+impl<W: AsyncRead + AsyncWrite + Unpin + Send> Wire for W {}
+
 /// A page's socket.
 pub(crate) struct Page {
-    pub(crate) socket: WebSocketStream<TcpStream>,
+    pub(crate) socket: WebSocketStream<Box<dyn Wire>>,
 }
 
 impl Page {
@@ -100,8 +127,17 @@ impl Page {
         studio: &StudioHandle,
         headers: &[(&str, &str)],
     ) -> Result<Self, u16> {
-        let address = studio.local_address();
-        let url = format!("ws://{address}/api/socket");
+        let stream = TcpStream::connect(studio.local_address()).await.unwrap();
+        Self::open_over(Box::new(stream), studio, headers).await
+    }
+
+    /// Connects over a connection that is there already.
+    pub(crate) async fn open_over(
+        wire: Box<dyn Wire>,
+        studio: &StudioHandle,
+        headers: &[(&str, &str)],
+    ) -> Result<Self, u16> {
+        let url = format!("ws://{}/api/socket", studio.local_address());
         let mut request = url.into_client_request().unwrap();
         for (name, value) in headers {
             request.headers_mut().insert(
@@ -109,8 +145,7 @@ impl Page {
                 HeaderValue::from_str(value).unwrap(),
             );
         }
-        let stream = TcpStream::connect(address).await.unwrap();
-        match tokio_tungstenite::client_async(request, stream).await {
+        match tokio_tungstenite::client_async(request, wire).await {
             Ok((socket, _)) => Ok(Self { socket }),
             Err(tungstenite::Error::Http(refusal)) => Err(refusal.status().as_u16()),
             Err(error) => panic!("{error}"),

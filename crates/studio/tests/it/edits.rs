@@ -112,14 +112,37 @@ async fn what_is_no_edit_is_told_to_its_page_and_reaches_nobody() {
             r#"{{"type":"edit","id":"a","base":null,"edit":{{"kind":"move_object","name":"bottle_1","pose":{{"position":[{x},0,0],"orientation_xyzw":{quaternion}}}}}}}"#
         )
     };
+    // What a page sends for a number that is none; the page waits for the answer to its edit.
+    for (text, found) in [
+        (moved("null", "[0,0,0,1]"), "invalid type: null"),
+        (moved("1", "[0,0,1]"), "invalid length 3"),
+        (
+            remove("a", "bottle_1").replace("remove_object", "explode"),
+            "unknown variant `explode`",
+        ),
+        (
+            remove("a", "bottle_1").replace(r#""base":7"#, r#""base":-1"#),
+            "`-1`",
+        ),
+        (
+            remove("a", "bottle_1").replace(r#""base":7"#, r#""base":7,"also":1"#),
+            "unknown field `also`",
+        ),
+    ] {
+        page.send(&text).await;
+        let (_, id, outcome) = until_answer(&mut page).await;
+        let EditOutcome::Refused { reason } = outcome else {
+            panic!("{text} was taken");
+        };
+        assert_eq!(id, "a");
+        assert!(
+            reason.contains("of `bottle_1` cannot be read") && reason.contains(found),
+            "{reason}"
+        );
+    }
     for text in [
         moved("NaN", "[0,0,0,1]"),
-        moved("null", "[0,0,0,1]"),
         moved("1e999", "[0,0,0,1]"),
-        moved("1", "[0,0,1]"),
-        remove("a", "bottle_1").replace("remove_object", "explode"),
-        remove("a", "bottle_1").replace(r#""base":7"#, r#""base":-1"#),
-        remove("a", "bottle_1").replace(r#""base":7"#, r#""base":7,"also":1"#),
         remove("a", &"x".repeat(20_000)),
         "[".repeat(10_000),
     ] {

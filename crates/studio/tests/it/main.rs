@@ -6,5 +6,7 @@ mod client;
 mod access;
 mod commands;
 mod edits;
+mod fuzz;
+mod lan;
 mod picture;
 mod start;

@@ -95,12 +95,19 @@ async fn a_late_page_gets_the_whole_picture() {
 
 #[tokio::test]
 async fn a_returning_page_knows_the_session_and_a_new_studio_has_another() {
+    async fn greeting(studio: &factotum_studio::StudioHandle) -> factotum_protocol::Hello {
+        match Page::open(studio).await.next().await {
+            ServerMessage::Hello(hello) => hello,
+            other => panic!("greeted by {other:?}"),
+        }
+    }
     let studio = start();
-    let first = Page::open(&studio).await.next().await;
-    let again = Page::open(&studio).await.next().await;
-    assert_eq!(first, again);
+    let first = greeting(&studio).await;
+    let again = greeting(&studio).await;
+    assert_eq!(first.session, again.session);
+    assert_ne!(first.client, again.client, "each connection has its name");
     let elsewhere = start();
-    assert_ne!(first, Page::open(&elsewhere).await.next().await);
+    assert_ne!(first.session, greeting(&elsewhere).await.session);
 }
 
 #[tokio::test]
