@@ -14,6 +14,17 @@ pub(crate) fn parts_of(class: &ObjectClass) -> Vec<wire::ClassPart> {
     sampled(class).unwrap_or_default()
 }
 
+/// Names of the parts of a class's model; none if it cannot be loaded.
+pub(crate) fn links_of(class: &ObjectClass) -> Vec<String> {
+    let Ok(model) = Model::from_mjcf_file(&class.model) else {
+        return Vec::new();
+    };
+    let bodies = model.bodies().skip(1);
+    bodies
+        .map(|body| model.body_name(body).to_owned())
+        .collect()
+}
+
 fn sampled(class: &ObjectClass) -> Option<Vec<wire::ClassPart>> {
     let model = Model::from_mjcf_file(&class.model).ok()?;
     let mut state = State::new(&model).ok()?;

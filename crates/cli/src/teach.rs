@@ -3,17 +3,18 @@
 //!
 //! Edits are applied in the order in which they come. One that names the revision of the class or object on which it was
 //! made is refused if that has been changed since; one that names none is applied to whatever there is. A request that
-//! comes again under the same id is not applied again.
+//! was accepted and comes again under the same id is not applied again, whatever happened to this process meanwhile: the
+//! journal keeps the id in the transaction of the edit.
 
 mod from_wire;
 mod to_wire;
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use factotum_descriptions::ObjectClass;
 use factotum_protocol::{self as wire, EditOutcome};
-use factotum_semantic_map::{Aosm, Edit, Home, MapError, Thing};
+use factotum_semantic_map::{Aosm, By, Edit, Home, MapError, Remembered, Request, Thing};
 
 use crate::belief::BeliefScene;
 use crate::class_look::parts_of;
@@ -21,8 +22,6 @@ use crate::{assets, home};
 
 /// Author, in the journal, of what is done on the page.
 const AUTHOR: &str = "page";
-/// Answers that are remembered, so that a page that did not hear one may ask again.
-const ANSWERED_MAX: usize = 1024;
 /// Entries of the journal that the page shows.
 const HISTORY_SHOWN: usize = 30;
 
@@ -36,7 +35,6 @@ pub(crate) struct Desk {
     described: Vec<wire::CatalogueClass>,
     /// What the classes look like, with the revision that was looked at.
     looks: BTreeMap<String, (Option<i64>, Vec<wire::ClassPart>)>,
-    answered: VecDeque<(wire::EditRequest, EditOutcome)>,
     aperture_max_m: f64,
 }
 
@@ -80,7 +78,6 @@ impl Desk {
             catalogue,
             described,
             looks: BTreeMap::new(),
-            answered: VecDeque::new(),
             aperture_max_m,
         })
     }
@@ -116,31 +113,16 @@ impl Desk {
         BeliefScene::of_parts(parts.map(|(name, (_, parts))| (name.clone(), parts.clone())))
     }
 
-    /// Applies what a page asks for, and answers what has become of it.
+    /// Applies what a page asks for, and answers what has become of it. A request that was accepted before gets the same
+    /// answer; one that was refused is looked at again.
     pub(crate) fn answer(&mut self, request: &wire::EditRequest, when_secs: f64) -> EditOutcome {
-        let of_this_id = |(asked, _): &&(wire::EditRequest, EditOutcome)| asked.id == request.id;
-        if let Some((asked, outcome)) = self.answered.iter().find(of_this_id) {
-            if asked == request {
-                return outcome.clone();
-            }
-            let reason = format!(
-                "id `{}` was that of another edit; ask under a new one",
-                request.id
-            );
-            return EditOutcome::Refused { reason };
-        }
-        let outcome = match self.apply(request, when_secs) {
+        match self.apply(request, when_secs) {
             Ok((entry, what)) => EditOutcome::Accepted {
                 entry: entry.and_then(|entry| u32::try_from(entry).ok()),
                 what,
             },
             Err(reason) => EditOutcome::Refused { reason },
-        };
-        if self.answered.len() >= ANSWERED_MAX {
-            self.answered.pop_front();
         }
-        self.answered.push_back((request.clone(), outcome.clone()));
-        outcome
     }
 
     /// The entry of the journal, if anything has changed, and what was made or changed.
@@ -154,28 +136,46 @@ impl Desk {
             Kept::Closed { why, .. } => return Err(why.clone()),
         };
         let in_words = |error: MapError| error.to_string();
-        let revisited = match &request.edit {
-            wire::Edit::Undo => Some((home.undo(AUTHOR, when_secs), "undo")),
-            wire::Edit::Redo => Some((home.redo(AUTHOR, when_secs), "do again")),
-            _ => None,
+        let content = serde_json::to_vec(request).map_err(|error| error.to_string())?;
+        if let Some(before) = home.remembered(&request.id).map_err(in_words)? {
+            return answer_again(before, &request.id, &content);
+        }
+        let by = |answer| By {
+            author: AUTHOR,
+            request: Some(Request {
+                id: &request.id,
+                content: &content,
+                answer,
+            }),
         };
-        if let Some((what, word)) = revisited {
-            let what = what.map_err(in_words)?;
+        if matches!(request.edit, wire::Edit::Undo | wire::Edit::Redo) {
+            let [undo, redo] = home.undo_redo().map_err(in_words)?;
+            let is_undo = request.edit == wire::Edit::Undo;
+            let (what, word) = if is_undo {
+                (undo, "undo")
+            } else {
+                (redo, "do again")
+            };
             let what = what.ok_or_else(|| format!("there is nothing to {word}"))?;
-            return Ok((home.last_entry().ok(), what));
+            let done = if is_undo {
+                home.undo(by(&what), when_secs)
+            } else {
+                home.redo(by(&what), when_secs)
+            };
+            let done = done.map_err(in_words)?;
+            return Ok((home.last_entry().ok(), done.unwrap_or(what)));
         }
         let edit = from_wire::edit_of(&request.edit, home.aosm(), &self.catalogue)?;
-        let made = match request.base {
-            Some(base) => home.edit_on(i64::from(base), &edit, AUTHOR, when_secs),
-            None => home.edit(&edit, AUTHOR, when_secs),
-        };
-        let entry = made.map_err(in_words)?;
         let what = match (&edit, edit.thing()) {
             (Edit::Rename { to, .. }, _) => to.clone(),
             (_, Some(Thing::Class(name) | Thing::Object(name))) => name,
             (_, None) => edit.summary(),
         };
-        Ok((entry, what))
+        let made = match request.base {
+            Some(base) => home.edit_on(i64::from(base), &edit, by(&what), when_secs),
+            None => home.edit(&edit, by(&what), when_secs),
+        };
+        Ok((made.map_err(in_words)?, what))
     }
 
     /// The home as it can be taught.
@@ -239,6 +239,20 @@ impl Desk {
         }
         self.looks = looks;
     }
+}
+
+/// The answer to a request that was journaled before.
+fn answer_again(
+    before: Remembered,
+    id: &str,
+    content: &[u8],
+) -> Result<(Option<i64>, String), String> {
+    if before.is_of(content) {
+        return Ok((Some(before.entry), before.answer));
+    }
+    Err(format!(
+        "id `{id}` was that of another edit; ask under a new one"
+    ))
 }
 
 #[cfg(test)]

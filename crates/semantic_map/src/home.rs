@@ -14,7 +14,8 @@ use crate::home_folder::{
     self, CLOUD, DOMAIN, Documents, HOME, is_object_document, object_document,
 };
 use crate::journal::{
-    self, Change, Entry, EntryKind, Execution, FileDigests, Journal, NewEntry, Revisions,
+    self, By, Change, Entry, EntryKind, Execution, FileDigests, Journal, NewEntry, Remembered,
+    Revisions,
 };
 use crate::{Aosm, MapError};
 
@@ -235,11 +236,11 @@ impl Home {
     ///
     /// # Errors
     /// [`MapError::ChangedMeanwhile`] then; else as [`Home::edit`].
-    pub fn edit_on(
+    pub fn edit_on<'a>(
         &mut self,
         base: i64,
         edit: &Edit,
-        author: &str,
+        by: impl Into<By<'a>>,
         when_secs: f64,
     ) -> Result<Option<i64>, MapError> {
         // What a person has changed in the text files counts as well.
@@ -259,7 +260,16 @@ impl Home {
                 wanted: base,
             });
         }
-        self.edit(edit, author, when_secs)
+        self.edit(edit, by, when_secs)
+    }
+
+    /// What became of a request that made an entry of the journal, in this process or before; none if it made none, or
+    /// was forgotten for 1024 newer ones.
+    ///
+    /// # Errors
+    /// [`MapError::Journal`] if the journal cannot be read.
+    pub fn remembered(&self, request_id: &str) -> Result<Option<Remembered>, MapError> {
+        self.journal.remembered(request_id)
     }
 
     /// Makes an edit. When this returns, it will outlive the process. The answer is the number of its journal entry, or
@@ -268,10 +278,10 @@ impl Home {
     /// # Errors
     /// [`MapError`] if the edit speaks of what is not there or would make the map contradict itself, if a text file was
     /// changed meanwhile and makes no sense, or if the journal cannot be written. Nothing has changed then.
-    pub fn edit(
+    pub fn edit<'a>(
         &mut self,
         edit: &Edit,
-        author: &str,
+        by: impl Into<By<'a>>,
         when_secs: f64,
     ) -> Result<Option<i64>, MapError> {
         self.take_in(when_secs)?;
@@ -285,7 +295,7 @@ impl Home {
             &EntryKind::Edit {
                 what: edit.summary(),
             },
-            author,
+            by.into(),
             when_secs,
             changes,
         )
@@ -295,10 +305,14 @@ impl Home {
     ///
     /// # Errors
     /// As [`Home::edit`].
-    pub fn undo(&mut self, author: &str, when_secs: f64) -> Result<Option<String>, MapError> {
+    pub fn undo<'a>(
+        &mut self,
+        by: impl Into<By<'a>>,
+        when_secs: f64,
+    ) -> Result<Option<String>, MapError> {
         self.take_in(when_secs)?;
         let edit = self.journal.last_done();
-        edit.map(|edit| self.revisit(edit, Direction::Back, author, when_secs))
+        edit.map(|edit| self.revisit(edit, Direction::Back, by.into(), when_secs))
             .transpose()
     }
 
@@ -307,10 +321,14 @@ impl Home {
     ///
     /// # Errors
     /// As [`Home::edit`].
-    pub fn redo(&mut self, author: &str, when_secs: f64) -> Result<Option<String>, MapError> {
+    pub fn redo<'a>(
+        &mut self,
+        by: impl Into<By<'a>>,
+        when_secs: f64,
+    ) -> Result<Option<String>, MapError> {
         self.take_in(when_secs)?;
         let edit = self.journal.last_undone();
-        edit.map(|edit| self.revisit(edit, Direction::Again, author, when_secs))
+        edit.map(|edit| self.revisit(edit, Direction::Again, by.into(), when_secs))
             .transpose()
     }
 
@@ -319,7 +337,7 @@ impl Home {
         &mut self,
         edit: i64,
         direction: Direction,
-        author: &str,
+        by: By<'_>,
         when_secs: f64,
     ) -> Result<String, MapError> {
         let what = self.journal.what(edit)?;
@@ -339,7 +357,7 @@ impl Home {
                     .collect(),
             ),
         };
-        self.commit(&kind, author, when_secs, changes)?;
+        self.commit(&kind, by, when_secs, changes)?;
         Ok(summary)
     }
 
@@ -369,7 +387,7 @@ impl Home {
             changes.extend(before.map(|change| (change.document, change.before)));
         }
         let what = format!("return to entry {entry}");
-        self.commit(&EntryKind::Edit { what }, author, when_secs, changes)
+        self.commit(&EntryKind::Edit { what }, author.into(), when_secs, changes)
     }
 
     /// Number of the journal's last entry.
@@ -404,7 +422,7 @@ impl Home {
     ) -> Result<i64, MapError> {
         self.append(
             &EntryKind::Execution(execution.clone()),
-            author,
+            author.into(),
             when_secs,
             &DocumentChanges::new(),
         )
@@ -430,7 +448,7 @@ impl Home {
     fn commit(
         &mut self,
         kind: &EntryKind,
-        author: &str,
+        by: By<'_>,
         when_secs: f64,
         mut changes: DocumentChanges,
     ) -> Result<Option<i64>, MapError> {
@@ -451,7 +469,7 @@ impl Home {
         let kept = is_kept.then(|| (self.aosm.grid.clone(), self.aosm.cloud.clone()));
         let (name, aosm) = home_folder::assemble(&self.dir, &documents, kept)?;
         let wanted = wanted_files(&self.dir, &documents, &aosm, &self.wanted)?;
-        let id = self.append(kind, author, when_secs, &changes)?;
+        let id = self.append(kind, by, when_secs, &changes)?;
         for document in changes.into_keys() {
             let revisions = self.revisions.entry(document);
             revisions
@@ -469,13 +487,13 @@ impl Home {
     fn append(
         &mut self,
         kind: &EntryKind,
-        author: &str,
+        by: By<'_>,
         when_secs: f64,
         changes: &DocumentChanges,
     ) -> Result<i64, MapError> {
         let id = self.journal.append(&NewEntry {
             kind,
-            author,
+            by,
             when_secs,
             changes,
             files: &self.unconfirmed,
@@ -495,7 +513,12 @@ impl Home {
         let changes = difference(&self.documents, &home_folder::load(&self.dir)?);
         let names: Vec<&str> = outside.iter().map(String::as_str).collect();
         let what = format!("change {} by hand", names.join(", "));
-        self.commit(&EntryKind::Edit { what }, FILE_AUTHOR, when_secs, changes)?;
+        self.commit(
+            &EntryKind::Edit { what },
+            FILE_AUTHOR.into(),
+            when_secs,
+            changes,
+        )?;
         Ok(())
     }
 

@@ -28,6 +28,6 @@ pub use error::MapError;
 pub use goal::{ChoreGoal, Wanted};
 pub use graph::{GraphEdge, GraphNode, TopologicalGraph};
 pub use home::{Home, HomeCheck};
-pub use journal::{Change, Entry, EntryKind, Execution};
+pub use journal::{By, Change, Entry, EntryKind, Execution, Remembered, Request};
 pub use option::{DEFAULT_APPROACH, NavigationAnchor, OptionKind, OptionSpec};
 pub use vocabulary::{HAND_EMPTY, HOLDING, IN, LOOSE, PICK};

@@ -1,6 +1,7 @@
 //! Teaching a home from nothing but a map, refusals, and two pages at once.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use factotum_geometry::Pose2;
 use factotum_geometry::grid::{Cell, OccupancyGrid};
@@ -25,7 +26,8 @@ fn open(dir: &Path) -> Desk {
 
 /// Asks as a page does, under an id of its own.
 fn ask(desk: &mut Desk, base: Option<u32>, edit: Edit) -> EditOutcome {
-    let id = format!("edit {}", desk.answered.len());
+    static N_ASKED: AtomicU32 = AtomicU32::new(0);
+    let id = format!("edit {}", N_ASKED.fetch_add(1, Ordering::Relaxed));
     desk.answer(&EditRequest { id, base, edit }, 2.0)
 }
 
@@ -216,6 +218,25 @@ fn refusals_name_the_thing_what_was_found_and_what_was_wanted() {
         name: "flask_1".to_owned(),
         pose: Pose::from_position_yaw([1e9, 0.0, 0.0], 0.0),
     };
+    let at = |position: [f64; 3]| Edit::MoveObject {
+        name: "flask_1".to_owned(),
+        pose: Pose::from_position_yaw(position, 0.0),
+    };
+    let (high, nowhere) = (at([1.0, 1.0, 12.0]), at([f64::NAN, 0.0, 0.0]));
+    let linked = Edit::PutGrasp {
+        class: "flask".to_owned(),
+        grasp: Grasp {
+            link: Some("wing".to_owned()),
+            ..grasp("side")
+        },
+    };
+    let away = Edit::PutGrasp {
+        class: "flask".to_owned(),
+        grasp: Grasp {
+            object_from_tool: Pose::from_position_yaw([0.0, 0.0, 50.0], 0.0),
+            ..grasp("side")
+        },
+    };
     let remove_class = |name: &str| Edit::RemoveClass {
         name: name.to_owned(),
     };
@@ -256,7 +277,20 @@ fn refusals_name_the_thing_what_was_found_and_what_was_wanted() {
             "object class `unicorn` is not in the map",
         ),
         (tilted, "quaternion of length 0, expected 1"),
-        (far, "expected at most 1000 m"),
+        (
+            far,
+            "object `flask_1` is at (1000000000.00, 0.00) m, expected at most 1 m outside the map",
+        ),
+        (
+            high,
+            "object `flask_1` is at a height of 12.00 m, expected -3 to 10 m",
+        ),
+        (nowhere, "object `flask_1` has the pose (NaN, 0, 0) m"),
+        (linked, "holds the link `wing`, expected one of `flask`"),
+        (
+            away,
+            "grasp `side` of `flask` is at (0, 0, 50) m, expected at most 10 m",
+        ),
         (flat, "`size_m.z` is 0 m, expected 0.002 to 5 m"),
         (not_movable, "not movable"),
         (wide, "opening of grasp `side` is 7 m, expected 0 to 1 m"),
@@ -355,6 +389,88 @@ fn a_request_that_comes_again_is_answered_and_not_applied_again() {
         panic!("an answer to another edit was given");
     };
     assert!(reason.contains("`5eed`"), "{reason}");
+
+    // Another process: the home itself remembers, but for what was refused.
+    drop(desk);
+    let mut desk = open(dir.path());
+    assert_eq!(desk.answer(&request, 6.0), first);
+    assert!(matches!(
+        desk.answer(&other, 7.0),
+        EditOutcome::Refused { .. }
+    ));
+    assert_eq!(desk.aosm().objects.len(), 1);
+    let undo = EditRequest {
+        id: "back".to_owned(),
+        base: None,
+        edit: Edit::Undo,
+    };
+    let undone = desk.answer(&undo, 8.0);
+    assert!(desk.aosm().objects.is_empty());
+    drop(desk);
+    let mut desk = open(dir.path());
+    assert_eq!(desk.answer(&undo, 9.0), undone, "the class is still there");
+    assert_eq!(desk.aosm().classes.len(), 1);
+    let early = EditRequest {
+        id: "early".to_owned(),
+        base: None,
+        edit: add("cup", 1.0),
+    };
+    assert!(matches!(
+        desk.answer(&early, 10.0),
+        EditOutcome::Refused { .. }
+    ));
+    accept(&mut desk, make("cup", true));
+    let outcome = desk.answer(&early, 11.0);
+    assert!(
+        matches!(outcome, EditOutcome::Accepted { .. }),
+        "what was refused is looked at again: {outcome:?}"
+    );
+}
+
+#[test]
+fn a_joint_is_not_taught_beyond_its_range() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut desk = desk_over_a_map(dir.path());
+    accept(
+        &mut desk,
+        Edit::TakeClass {
+            name: "light_switch".to_owned(),
+        },
+    );
+    // Range of the lever: 0.4 rad each way; pushes are aimed a little beyond.
+    accept(&mut desk, move_joint("turn_off", -0.55, "off"));
+    let reason = refuse(&mut desk, move_joint("turn_off", -0.7, "off"));
+    let wanted = "termination of action `turn_off` is -0.7 rad, expected -0.4 to 0.4 rad, the range of joint `toggle` of \
+                  `light_switch`";
+    assert_eq!(reason, wanted);
+    for (spoil, wanted) in [
+        (
+            (Some(-0.9), -0.55, Contact::Push),
+            "initiation of action `turn_off` is -0.9 rad",
+        ),
+        (
+            (None, -0.41, Contact::Grasp),
+            "termination of action `turn_off` is -0.41 rad",
+        ),
+        ((None, f64::NAN, Contact::Grasp), "is NaN rad"),
+    ] {
+        let mut edit = move_joint("turn_off", -0.55, "off");
+        let Edit::PutAction { action, .. } = &mut edit else {
+            unreachable!();
+        };
+        let ActionMotion::Joint {
+            initiation,
+            termination,
+            contact,
+            ..
+        } = &mut action.motion
+        else {
+            unreachable!();
+        };
+        (*initiation, *termination, *contact) = spoil;
+        let reason = refuse(&mut desk, edit);
+        assert!(reason.contains(wanted), "{reason}");
+    }
 }
 
 #[test]

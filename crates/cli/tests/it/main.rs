@@ -14,6 +14,7 @@ mod resume;
 mod runs;
 mod skill;
 mod small_home;
+mod studio;
 mod symbols;
 mod taught;
 

@@ -2,6 +2,8 @@
 
 use factotum_task_planning::operator::GroundAction;
 
+use crate::home_folder;
+
 /// An entry of a journal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
@@ -13,6 +15,53 @@ pub struct Entry {
     pub author: String,
     /// What it is.
     pub kind: EntryKind,
+}
+
+/// Who makes an entry, and the request by which it was asked for, if any.
+#[derive(Debug, Clone, Copy)]
+pub struct By<'a> {
+    /// Who or what.
+    pub author: &'a str,
+    /// Remembered with the entry, in the same transaction.
+    pub request: Option<Request<'a>>,
+}
+
+impl<'a> From<&'a str> for By<'a> {
+    fn from(author: &'a str) -> Self {
+        Self {
+            author,
+            request: None,
+        }
+    }
+}
+
+/// A request that may come again, as after a lost connection: whoever keeps the home looks it up with
+/// [`Home::remembered`](crate::Home::remembered) before making it.
+#[derive(Debug, Clone, Copy)]
+pub struct Request<'a> {
+    /// Its name, which no other request has.
+    pub id: &'a str,
+    /// All that it says, to tell it from another of that name. See [`Remembered::is_of`].
+    pub content: &'a [u8],
+    /// What is answered, but for the number of the entry.
+    pub answer: &'a str,
+}
+
+/// What became of a request.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Remembered {
+    pub(super) digest: [u8; 32],
+    /// Number of the entry that it made.
+    pub entry: i64,
+    /// What was answered.
+    pub answer: String,
+}
+
+impl Remembered {
+    /// Whether the request said this.
+    pub fn is_of(&self, content: &[u8]) -> bool {
+        self.digest == home_folder::digest(content)
+    }
 }
 
 /// What an entry of a journal is.

@@ -20,7 +20,7 @@ use crate::MapError;
 use crate::edit::DocumentChanges;
 use crate::home_folder::{self, Documents};
 
-pub use entry::{Change, Entry, EntryKind, Execution};
+pub use entry::{By, Change, Entry, EntryKind, Execution, Remembered, Request};
 use rows::{entry_of_row, kind_name, write_entry, write_files};
 
 /// Name of the journal in the home folder.
@@ -51,6 +51,14 @@ const TABLES: &str = "
     CREATE TABLE files (path TEXT PRIMARY KEY, digest BLOB NOT NULL) STRICT, WITHOUT ROWID;
 ";
 
+/// Requests whose entry is remembered. Journals of before get the table when they are opened.
+const REQUESTS_TABLE: &str = "
+    CREATE TABLE IF NOT EXISTS requests (
+        id TEXT PRIMARY KEY, digest BLOB NOT NULL, entry INTEGER NOT NULL REFERENCES entries, answer TEXT NOT NULL
+    ) STRICT;
+    CREATE INDEX IF NOT EXISTS requests_by_entry ON requests (entry);
+";
+
 /// Digest by file, as last known to be on disk; none where the file is gone.
 pub(crate) type FileDigests = BTreeMap<String, Option<[u8; 32]>>;
 
@@ -64,7 +72,7 @@ pub(crate) struct Revisions {
 /// What to write with an entry.
 pub(crate) struct NewEntry<'a> {
     pub(crate) kind: &'a EntryKind,
-    pub(crate) author: &'a str,
+    pub(crate) by: By<'a>,
     pub(crate) when_secs: f64,
     pub(crate) changes: &'a DocumentChanges,
     pub(crate) files: &'a FileDigests,
@@ -101,7 +109,7 @@ impl Journal {
             .collect();
         let entry = NewEntry {
             kind: &EntryKind::Created,
-            author,
+            by: author.into(),
             when_secs,
             changes: &changes,
             files: &FileDigests::new(),
@@ -152,7 +160,7 @@ impl Journal {
             connection.pragma_update(None, "journal_mode", "WAL")?;
             connection.pragma_update(None, "synchronous", "FULL")?;
             // The lock is taken by the first write, and kept.
-            connection.execute_batch("BEGIN IMMEDIATE; COMMIT;")?;
+            connection.execute_batch(&format!("BEGIN IMMEDIATE; {REQUESTS_TABLE} COMMIT;"))?;
             connection.pragma_query_value(None, "quick_check", |row| row.get(0))
         };
         let health = prepare().map_err(failed)?;
@@ -290,6 +298,19 @@ impl Journal {
             "SELECT id, when_secs, author, kind, what, target, action, args, outcome, robot_secs
                    FROM entries LEFT JOIN executions ON entry = id WHERE id = ?1";
         Ok(self.query(sql, params![id], entry_of_row)?.pop())
+    }
+
+    /// What became of a request, if it has been journaled and not been forgotten for newer ones.
+    pub(crate) fn remembered(&self, id: &str) -> Result<Option<Remembered>, MapError> {
+        let sql = "SELECT digest, entry, answer FROM requests WHERE id = ?1";
+        let mut found = self.query(sql, params![id], |row| {
+            Ok(Remembered {
+                digest: row.get(0)?,
+                entry: row.get(1)?,
+                answer: row.get(2)?,
+            })
+        })?;
+        Ok(found.pop())
     }
 
     /// The latest entries, the newest first.

@@ -3,7 +3,11 @@
 use factotum_task_planning::operator::GroundAction;
 use rusqlite::{OptionalExtension as _, Row, Transaction, params};
 
-use super::{Entry, EntryKind, Execution, FileDigests, NewEntry};
+use super::{Entry, EntryKind, Execution, FileDigests, NewEntry, Request};
+use crate::home_folder;
+
+/// Requests that are remembered: a page asks again within seconds, or minutes.
+const REQUESTS_MAX: i64 = 1024;
 
 /// Writes an entry with all that belongs to it, and answers its number.
 pub(super) fn write_entry(
@@ -19,7 +23,7 @@ pub(super) fn write_entry(
         EntryKind::Execution(execution) => (execution.step.to_string(), None),
     };
     transaction.prepare_cached("INSERT INTO entries (when_secs, author, kind, what, target) VALUES (?1, ?2, ?3, ?4, ?5)")?
-        .execute(params![entry.when_secs, entry.author, kind_name(entry.kind), what, target])?;
+        .execute(params![entry.when_secs, entry.by.author, kind_name(entry.kind), what, target])?;
     let id = transaction.last_insert_rowid();
     if let EntryKind::Execution(Execution {
         step,
@@ -35,8 +39,30 @@ pub(super) fn write_entry(
     for (document, bytes) in entry.changes {
         write_change(transaction, id, document, bytes.as_deref())?;
     }
+    if let Some(request) = &entry.by.request {
+        write_request(transaction, id, request)?;
+    }
     write_files(transaction, entry.files)?;
     Ok(id)
+}
+
+/// Remembers the request that made an entry, and forgets the oldest.
+fn write_request(
+    transaction: &Transaction<'_>,
+    entry: i64,
+    request: &Request<'_>,
+) -> rusqlite::Result<()> {
+    let digest = home_folder::digest(request.content);
+    transaction
+        .prepare_cached("INSERT OR REPLACE INTO requests VALUES (?1, ?2, ?3, ?4)")?
+        .execute(params![request.id, digest, entry, request.answer])?;
+    transaction
+        .prepare_cached(
+            "DELETE FROM requests WHERE entry <=
+             (SELECT entry FROM requests ORDER BY entry DESC LIMIT 1 OFFSET ?1)",
+        )?
+        .execute(params![REQUESTS_MAX])?;
+    Ok(())
 }
 
 /// Notes the digests of text files.

@@ -1,6 +1,6 @@
 //! Driven by hand: a home is mapped, nothing is touched, and what was found is kept.
 
-mod page;
+pub(crate) mod page;
 
 use std::cell::{Cell, RefCell};
 use std::io::{BufRead as _, BufReader};

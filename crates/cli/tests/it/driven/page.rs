@@ -58,14 +58,15 @@ impl Page {
         Self(socket)
     }
 
-    /// Sends a short text.
+    /// Sends a text.
     pub(crate) fn send(&mut self, text: &str) {
         const FINAL_TEXT: u8 = 0x81;
         const MASKED: u8 = 0x80;
-        let length = u8::try_from(text.len()).unwrap();
-        assert!(length < 126);
+        const LENGTH_IN_TWO_BYTES: u8 = 126;
+        let mut frame = vec![FINAL_TEXT, MASKED | LENGTH_IN_TWO_BYTES];
+        frame.extend(u16::try_from(text.len()).unwrap().to_be_bytes());
         // A mask of zeros leaves the text as it is.
-        let mut frame = vec![FINAL_TEXT, MASKED | length, 0, 0, 0, 0];
+        frame.extend([0; 4]);
         frame.extend(text.as_bytes());
         self.0.write_all(&frame).unwrap();
     }
