@@ -19,6 +19,17 @@ const REFUSALS_MAX: u32 = 60;
 /// See [`REFUSALS_MAX`].
 const REFUSALS_WINDOW: Duration = Duration::from_secs(60);
 
+/// Time since the epoch by the machine's clock; none before it.
+#[expect(
+    clippy::disallowed_methods,
+    reason = "who did what when, and how old a certificate is, are of this world's time"
+)]
+pub(crate) fn since_epoch() -> Duration {
+    SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .unwrap_or_default()
+}
+
 /// What a line is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -159,7 +170,7 @@ impl Audit {
         if !log.has_room_for(line, Instant::now()) {
             return;
         }
-        let result = log.write(line, SystemTime::now());
+        let result = log.write(line, since_epoch());
         if let Err(error) = &result
             && !log.is_in_trouble
         {
@@ -183,8 +194,7 @@ impl Log {
         has_room
     }
 
-    fn write(&mut self, line: &Line<'_>, now: SystemTime) -> std::io::Result<()> {
-        let since = now.duration_since(UNIX_EPOCH).unwrap_or_default();
+    fn write(&mut self, line: &Line<'_>, since: Duration) -> std::io::Result<()> {
         let dated = Dated {
             unix_secs: since.as_millis() as f64 / 1000.0,
             line,

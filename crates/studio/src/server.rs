@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::JoinHandle;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use factotum_protocol::{Role, ServerMessage};
 use rustls::ServerConfig;
@@ -13,7 +13,7 @@ use tokio::runtime::Runtime;
 use tokio::sync::{Semaphore, watch};
 
 use crate::access::{Access, Link, random_hex};
-use crate::audit::Audit;
+use crate::audit::{Audit, since_epoch};
 use crate::certificate::Certificate;
 use crate::commands::Commands;
 use crate::control::Ownership;
@@ -119,10 +119,8 @@ impl Studio {
         let access = match &config.lan {
             None => Access::on_loopback(address, config.token)?,
             Some(lan) => {
-                let now = SystemTime::now()
-                    .duration_since(UNIX_EPOCH)
-                    .unwrap_or_default();
-                let kept = Certificate::kept(&lan.certificate, &lan.names, now.as_secs())?;
+                let kept =
+                    Certificate::kept(&lan.certificate, &lan.names, since_epoch().as_secs())?;
                 tls = Some(kept.tls().map_err(|source| StudioError::Tls { source })?);
                 fingerprint = Some(kept.fingerprint());
                 Access::on_lan(&lan.names, address.port(), &lan.roles)?

@@ -383,7 +383,7 @@ fn a_request_that_comes_again_is_answered_and_not_applied_again() {
     assert_eq!(desk.aosm().objects.len(), 1);
     let other = EditRequest {
         edit: add("flask", 2.0),
-        ..request
+        ..request.clone()
     };
     let EditOutcome::Refused { reason } = desk.answer(&other, 5.0) else {
         panic!("an answer to another edit was given");
