@@ -29,6 +29,7 @@ pub mod joint_from_tool;
 pub mod observation;
 pub mod perturbation;
 mod primitive;
+pub mod reward;
 pub mod rig;
 pub mod setting;
 pub mod training;

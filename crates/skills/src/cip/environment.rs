@@ -19,8 +19,9 @@ use super::hand_motion::HandMotion;
 use super::initiation::{GraspChoice, GraspInitiation};
 use super::observation::{n_observation, observe_into};
 use super::perturbation::Perturbation;
+use super::reward::Advance;
 use super::rig::{Placing, Reading, Rig};
-use super::setting::{CipSetting, Reward};
+use super::setting::CipSetting;
 
 /// Configurations tried for a grasp before it counts as one that cannot be taken.
 const CONFIGURATIONS_TRIED: usize = 3;
@@ -462,29 +463,16 @@ impl<R: Rig> CipEnvironment<R> {
         const GENTLE_N: f64 = 60.0;
         let over = self.rig.reading().peak_force_n / GENTLE_N - 1.0;
         let cost = self.setting.force_cost * over.clamp(0.0, 1.0) + self.setting.step_cost;
-        self.earned(before, after, ending) - cost
-    }
-
-    fn earned(&self, before: f64, after: f64, ending: Ending) -> f64 {
-        match self.setting.reward {
-            Reward::Potential => {
-                let potential = |progress: f64| progress.clamp(0.0, 1.0);
-                let earned = f64::from(u8::from(self.summary.success));
-                // Nothing can be gained after the end: there the potential is zero.
-                let next = match ending {
-                    Ending::Terminal => 0.0,
-                    Ending::Goes | Ending::Cut => potential(after),
-                };
-                earned + self.setting.td3.discount * next - potential(before)
-            }
-            Reward::Ratchet => {
-                if self.summary.success {
-                    return 1.0;
-                }
-                let whole = (self.success.goal - self.success.start).abs();
-                ((after - self.best_progress) * whole).clamp(0.0, 0.5)
-            }
-        }
+        let advance = Advance {
+            before,
+            after,
+            best: self.best_progress,
+            is_success: self.summary.success,
+            ending,
+        };
+        let way = (self.success.goal - self.success.start).abs();
+        let discount = self.setting.td3.discount;
+        self.setting.reward.earned(&advance, discount, way) - cost
     }
 }
 
