@@ -38,7 +38,7 @@ async function main(): Promise<void> {
   stage.after(legendPanel(store));
   const panels = required("panels");
   const door = headsetPanel(store);
-  panels.append(door.node, planPanel(store), learnPanel(store), eventsPanel(store));
+  panels.append(planPanel(store), learnPanel(store), eventsPanel(store), door.node);
   connection.open();
   void watchOffer(store);
 

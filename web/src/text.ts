@@ -191,6 +191,7 @@ export const HEADSET = {
   naming: (what: string) => `${what}: what is it called?`,
   space: "space",
   erase: "⌫",
+  clear: "Clear",
   length: "Length",
   width: "Width",
   carried: "The robot can carry it",

@@ -9,7 +9,7 @@ const IWER = fileURLToPath(new URL("../node_modules/iwer/build/iwer.min.js", imp
 /** Where the hands rest, in XR: metres, y up, -z ahead. */
 const REST = { left: [-0.25, 1.35, -0.3], right: [0.25, 1.35, -0.3] };
 /** Pictures of a drag. */
-const DRAG_STEPS = 3;
+const DRAG_STEPS = 2;
 
 export class Wearer {
   /** `modes` are those that the headset offers; it has controllers, or hands that pinch. */
@@ -43,7 +43,7 @@ export class Wearer {
   async enter(name) {
     await this.page.getByRole("button", { name }).click();
     await this.page.waitForFunction(() => (window.factotumHeadset?.()?.buttons.length ?? 0) > 0);
-    await this.frames(2);
+    await this.frames(1);
   }
 
   seen() {
@@ -103,11 +103,11 @@ export class Wearer {
       ({ hand, value }) => globalThis.emulated.controllers[hand].updateButtonValue("squeeze", value),
       { hand, value },
     );
-    await this.frames(2);
+    await this.frames(1);
   }
 
-  /** Pulls the trigger or pinches (1), or lets go (0). */
-  async press(hand, value) {
+  /** Pulls the trigger or pinches (1), or lets go (0), and waits for so many pictures. */
+  async press(hand, value, frames = 1) {
     await this.page.evaluate(
       ({ hand, value, hands }) => {
         if (hands) {
@@ -118,7 +118,7 @@ export class Wearer {
       },
       { hand, value, hands: this.hands },
     );
-    await this.frames(2);
+    await this.frames(frames);
   }
 
   /** Points at a button of the panel and presses it, when it can be pressed. */
@@ -135,7 +135,20 @@ export class Wearer {
     const { buttons } = await this.seen();
     await this.aim(hand, buttons.find((button) => button.label === label).at);
     await this.press(hand, 1);
-    await this.press(hand, 0);
+    await this.press(hand, 0, 0);
+  }
+
+  /** Presses a button of a list, on whichever of its pages it is. */
+  async pick(label) {
+    for (;;) {
+      const { buttons } = await this.seen();
+      const more = buttons.find((button) => button.label === "More ›");
+      if (buttons.some((button) => button.label === label) || more === undefined || more.isDisabled) {
+        return this.click(label);
+      }
+      await this.click(more.label);
+      await this.frames(1);
+    }
   }
 
   async type(text) {
@@ -189,7 +202,7 @@ export class Wearer {
       },
       { from: [0, 1.6, 0], turned: towards([0, 1.6, 0], at) },
     );
-    await this.frames(2);
+    await this.frames(1);
   }
 }
 

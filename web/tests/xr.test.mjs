@@ -23,7 +23,7 @@ const skip =
 
 const PICTURES = process.env.FACTOTUM_PICTURES;
 /** Few pixels, since the processor draws them, but for pictures that people look at. */
-const DEVICE = { viewport: PICTURES === undefined ? { width: 480, height: 320 } : { width: 1280, height: 800 } };
+const DEVICE = { viewport: PICTURES === undefined ? { width: 320, height: 240 } : { width: 1024, height: 640 } };
 
 const AR = { modes: ["inline", "immersive-vr", "immersive-ar"], button: "Teach in the room (AR)" };
 const VR = { modes: ["inline", "immersive-vr"], button: "Teach in the map (VR)" };
@@ -317,22 +317,19 @@ async function newThing(wearer, label) {
   await wearer.look([0, 0.4, -1.2]);
   await wearer.click("Teach a new thing");
   await wearer.title("What is it?");
-  await wearer.click(label);
+  await wearer.pick(label);
 }
 
 async function choose(wearer, label) {
   await wearer.title("Your home");
-  await wearer.click(label);
+  await wearer.pick(label);
 }
 
 /** Writes a name with the letters of the panel. */
 async function name(wearer, text) {
   await wearer.click("Name it");
   await wearer.title("Name: what is it called?");
-  const { body } = await wearer.seen();
-  for (const _letter of body.slice(0, -1)) {
-    await wearer.click("⌫");
-  }
+  await wearer.click("Clear");
   await wearer.type(text);
   await wearer.click("Done");
 }

@@ -2,7 +2,7 @@
 
 import { element, icon, setAttributes } from "../dom";
 import type { HistoryEntry } from "../protocol";
-import type { Desk } from "../teach/desk";
+import { closedBecause, type Desk } from "../teach/desk";
 import { type Lesson, stepIndex, STEPS, subjectOf } from "../teach/lesson";
 import { TEACH } from "../text";
 import { actionsStep, actionStep } from "./teach/action_steps";
@@ -78,7 +78,7 @@ export function teachPanel(desk: Desk): HTMLElement {
   });
   store.watch(["teaching", "unanswered", "connection", "role"], () => {
     const teaching = store.get("teaching");
-    const why = store.may("teach") ? (teaching?.closed ?? "") : TEACH.mayNot;
+    const why = closedBecause(store);
     const works = teaching !== null && why === "" && store.get("connection").kind === "open";
     closed.hidden = teaching === null || why === "";
     closed.textContent = why;

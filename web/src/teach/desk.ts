@@ -2,6 +2,7 @@
 // and for a headset.
 
 import type { Store } from "../store";
+import { TEACH } from "../text";
 import type { Edits } from "./edits";
 import { type Lesson, subjectOf, type Subject } from "./lesson";
 
@@ -31,4 +32,9 @@ export function goTo(desk: Desk, step: "place" | "grasps" | "actions"): void {
 /** Whether a person is still at this lesson, as after an answer that took its time. */
 export function isAt(desk: Desk, lesson: Lesson): boolean {
   return desk.store.get("lesson") === lesson;
+}
+
+/** Why this page can change nothing; empty when it can. */
+export function closedBecause(store: Store): string {
+  return store.may("teach") ? (store.get("teaching")?.closed ?? "") : TEACH.mayNot;
 }

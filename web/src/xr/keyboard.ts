@@ -25,7 +25,7 @@ export function keyboardMenu(writing: Writing, write: (next: Writing | null) => 
     body: `${words(text)}_`,
     rows: [
       ...ROWS.map((row) => [...row].map((letter) => key(letter, text + letter))),
-      [key(HEADSET.space, text === "" ? text : `${text} `), key(HEADSET.erase, text.slice(0, -1))],
+      [key(HEADSET.space, text === "" ? text : `${text} `), key(HEADSET.erase, text.slice(0, -1)), key(HEADSET.clear, "")],
       [
         { label: HEADSET.cancel, run: () => write(null) },
         {

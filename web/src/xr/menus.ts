@@ -1,7 +1,7 @@
 // The menu that is shown now: the step's, with the tools of every step; the keyboard while a name is written; or how to
 // place the robot.
 
-import type { Desk } from "../teach/desk";
+import { closedBecause, type Desk } from "../teach/desk";
 import { stepIndex, STEPS } from "../teach/lesson";
 import { alignmentText, HEADSET, percentText, TEACH } from "../text";
 import { keyboardMenu, type Writing } from "./keyboard";
@@ -10,6 +10,20 @@ import { stepMenu } from "./steps";
 
 /** Shares of the hand's way that things go: all of it, and ever finer. */
 const SPEEDS: readonly number[] = [1, 0.5, 0.25, 0.1];
+
+/** What a menu shows something of. */
+const SHOWN = [
+  "lesson",
+  "draft",
+  "teaching",
+  "hand",
+  "unanswered",
+  "refusal",
+  "connection",
+  "role",
+  "headset",
+  "alignment",
+] as const;
 
 /** What only the headset itself can do. */
 export interface Session {
@@ -31,7 +45,7 @@ export class Menus {
     private readonly session: Session,
     private readonly changed: () => void,
   ) {
-    this.dispose = desk.store.watch(["lesson", "draft", "teaching", "hand", "unanswered", "refusal", "connection", "headset", "alignment"], changed);
+    this.dispose = desk.store.watch(SHOWN, changed);
   }
 
   menu(): Menu {
@@ -53,7 +67,7 @@ export class Menus {
     const step = STEPS[at];
     const trail = step === undefined ? TEACH.title : HEADSET.trail(at + 1, STEPS.length, TEACH.steps[step]);
     const menu = stepMenu(this.desk, (writing) => this.write(writing));
-    const isClosed = (this.desk.store.get("teaching")?.closed ?? "") !== "";
+    const isClosed = closedBecause(this.desk.store) !== "";
     const shut = (button: MenuButton): MenuButton => ({ ...button, isDisabled: true });
     return {
       ...menu,
@@ -78,7 +92,7 @@ export class Menus {
     if (refusal !== "") {
       return `${TEACH.refused}: ${refusal}`;
     }
-    const closed = store.get("teaching")?.closed ?? "";
+    const closed = store.get("teaching") === null ? "" : closedBecause(store);
     return closed !== "" ? closed : store.get("unanswered") > 0 ? TEACH.saving : "";
   }
 
@@ -104,7 +118,8 @@ export class Menus {
   private exits(): MenuButton[] {
     const { store, edits } = this.desk;
     const teaching = store.get("teaching");
-    const busy = store.get("unanswered") > 0 || store.get("connection").kind !== "open";
+    const isOpen = store.get("connection").kind === "open" && closedBecause(store) === "";
+    const busy = store.get("unanswered") > 0 || !isOpen;
     const cannot = (what: string | null | undefined): boolean => busy || (what ?? null) === null;
     return [
       { label: TEACH.undo, isDisabled: cannot(teaching?.undo), run: () => void edits.ask({ kind: "undo" }) },

@@ -17,6 +17,8 @@ export type Target =
 const REACH_M = 8;
 /** What is missed by less than so many radians is meant: a hand trembles, and a switch is small. */
 const NEARLY_RAD = 0.035;
+/** Nearer together than this, metres, two things are in the same place. */
+const SAME_M = 0.002;
 /** Where the world is taken when a ray does not meet the floor, metres along it. */
 const NOWHERE_M = 1.5;
 
@@ -41,23 +43,27 @@ export class Pointing {
     return this.thing(ray) ?? this.object(ray) ?? { kind: "world", distance: this.floor(ray) };
   }
 
+  /** What is hit, else what is all but hit; of two, that by whose middle the ray passes nearer. */
   private thing(ray: Raycaster): Target | null {
     const graspables = this.view.teach.graspables();
-    let best: Target | null = null;
-    for (const { what, nodes } of graspables) {
-      const distance = this.hit(ray, nodes);
-      // What comes first is taken unless another is clearly before it: two copies may stand in the same place.
-      if (distance !== null && (best === null || distance < best.distance - 0.01)) {
-        best = { kind: "thing", what, distance };
+    const best = (met: (nodes: readonly Object3D[]) => number | null): Target | null => {
+      let found: Target | null = null;
+      let least = Number.POSITIVE_INFINITY;
+      for (const { what, nodes } of graspables) {
+        const distance = met(nodes);
+        if (distance !== null) {
+          this.surround(nodes);
+          const miss = ray.ray.distanceToPoint(this.box.getCenter(this.one));
+          // Two copies may stand in the same place: then what is rather taken comes first.
+          if (miss < least - SAME_M) {
+            found = { kind: "thing", what, distance };
+            least = miss;
+          }
+        }
       }
-    }
-    for (const { what, nodes } of best === null ? graspables : []) {
-      const distance = this.nearly(ray, nodes);
-      if (distance !== null && (best === null || distance < best.distance - 0.01)) {
-        best = { kind: "thing", what, distance };
-      }
-    }
-    return best;
+      return found;
+    };
+    return best((nodes) => this.hit(ray, nodes)) ?? best((nodes) => this.nearly(ray, nodes));
   }
 
   private hit(ray: Raycaster, nodes: readonly Object3D[]): number | null {

@@ -57,6 +57,7 @@ export class Ray {
     this.on("disconnected", () => {
       // What it held is let go where it is.
       this.release(events);
+      events.released(this, "squeeze");
       this.isConnected = false;
       this.handle?.removeFromParent();
     });

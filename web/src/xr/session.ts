@@ -96,6 +96,11 @@ export class HeadsetSession implements Eyes, RayEvents {
   }
 
   dispose(): void {
+    // What is still held is let go where it is.
+    for (const { drag } of this.holding.values()) {
+      drag.end();
+    }
+    this.holding.clear();
     for (const ray of this.rays) {
       ray.dispose();
     }
