@@ -184,6 +184,7 @@ export const HEADSET = {
   earlier: "‹ Earlier",
   later: "More ›",
   opening: "Opening",
+  symmetric: "From all sides",
   begins: "Begins",
   ends: "Ends",
   trail: (at: number, of: number, step: string) => `${at} of ${of}: ${step}`,

@@ -161,7 +161,7 @@ function grasp(desk: Desk, subject: Subject, lesson: Extract<Lesson, { name: str
         { label: HEADSET.less(HEADSET.opening), run: open(-step) },
         { label: HEADSET.more(HEADSET.opening), run: open(step) },
         {
-          label: TEACH.symmetric,
+          label: HEADSET.symmetric,
           isPressed: draft.yaw_symmetric,
           run: () => changeGrasp(desk, { yaw_symmetric: !draft.yaw_symmetric }),
         },
