@@ -1,6 +1,7 @@
 //! The certificate of an encrypted studio: self-signed, by the names of this machine, kept from one run to the next so that
 //! a browser which was told to trust it goes on doing so.
 
+use std::collections::BTreeSet;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -62,7 +63,11 @@ impl Certificate {
     fn serves(&self, names: &[String], now_unix_secs: u64) -> bool {
         // One from the future was made by a clock that was wrong.
         let age = now_unix_secs.checked_sub(self.made_unix_secs);
-        self.names == names && age.is_some_and(|age| age < OLD.as_secs()) && self.tls().is_ok()
+        // Which of them comes first changes with the network and means nothing here.
+        let set = |names: &[String]| names.iter().cloned().collect::<BTreeSet<String>>();
+        set(&self.names) == set(names)
+            && age.is_some_and(|age| age < OLD.as_secs())
+            && self.tls().is_ok()
     }
 
     fn read(file: &Path) -> Option<Self> {
@@ -180,6 +185,9 @@ mod tests {
         let first = at(&names("a.local"), NOW);
         assert_eq!(first.len(), 32 * 3 - 1);
         assert_eq!(at(&names("a.local"), NOW + OLD.as_secs() - 1), first);
+        let mut turned = names("a.local");
+        turned.reverse();
+        assert_eq!(at(&turned, NOW), first);
         let renamed = at(&names("b.local"), NOW);
         assert_ne!(renamed, first);
         let renewed = at(&names("b.local"), NOW + OLD.as_secs());
