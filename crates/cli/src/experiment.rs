@@ -6,6 +6,7 @@ mod chores;
 mod cip_ablation;
 mod cip_compose;
 mod cip_robustness;
+mod nav_symbols;
 mod seeds;
 
 use std::sync::Arc;
@@ -47,6 +48,8 @@ pub(crate) enum ExperimentRun {
     CipCompose(cip_compose::ComposeArgs),
     /// `factotum skill eval` of the skills of `cip-ablation` with other resistance, and errors of object and grasp.
     CipRobustness(cip_robustness::RunArgs),
+    /// Coffee again and again, in one kitchen and in ever others: how many tries it takes to learn where the base must be.
+    NavSymbols(nav_symbols::RunArgs),
 }
 
 /// The experiments that have a report.
@@ -62,6 +65,8 @@ pub(crate) enum ExperimentReport {
     CipAblation(cip_ablation::ReportArgs),
     /// A table with intervals.
     CipRobustness(cip_robustness::ReportArgs),
+    /// Tries over coffees made, and a table with intervals.
+    NavSymbols(nav_symbols::ReportArgs),
 }
 
 /// Runs `factotum experiment`.
@@ -76,6 +81,7 @@ pub(crate) fn experiment(command: &ExperimentCommand, console: &Console) -> anyh
             ExperimentRun::CipAblation(args) => cip_ablation::run(args, console),
             ExperimentRun::CipCompose(args) => cip_compose::compose(args, console),
             ExperimentRun::CipRobustness(args) => cip_robustness::run(args, console),
+            ExperimentRun::NavSymbols(args) => nav_symbols::run(args, console),
         },
         ExperimentCommand::Report(report) => match report {
             ExperimentReport::BootstrapSim(args) => bootstrap::report(Question::Sim, args, console),
@@ -87,12 +93,13 @@ pub(crate) fn experiment(command: &ExperimentCommand, console: &Console) -> anyh
             }
             ExperimentReport::CipAblation(args) => cip_ablation::report(args, console),
             ExperimentReport::CipRobustness(args) => cip_robustness::report(args, console),
+            ExperimentReport::NavSymbols(args) => nav_symbols::report(args, console),
         },
     }
 }
 
 fn list(console: &Console) -> anyhow::Result<Answer> {
-    const EXPERIMENTS: [(&str, &str); 7] = [
+    const EXPERIMENTS: [(&str, &str); 8] = [
         (
             "bootstrap-matrix",
             "whether a plan helps motor skills whatever policy and search are; has a report",
@@ -120,6 +127,10 @@ fn list(console: &Console) -> anyhow::Result<Answer> {
         (
             "cip-robustness",
             "what the skills of cip-ablation stand: other resistance, errors of object and grasp; has a report",
+        ),
+        (
+            "nav-symbols",
+            "how many tries it takes to learn where the base must be, over kitchens; has a report",
         ),
     ];
     let document: Vec<_> = EXPERIMENTS

@@ -9,7 +9,7 @@
 //! task, setting and seed, and draws what came of it as a [`figure::Figure`]. A [`training_watch::TrainingWatch`] sees
 //! trainings of other processes go on.
 //!
-//! [`motor`] learns motor skills from the robot's own plans.
+//! [`motor`] learns motor skills from the robot's own plans. [`nav_symbols`] learns where the base must be.
 //! [`composition`] does skills that were learned apart one after the other.
 //!
 //! Nothing here reads the clock: times come as [`utc::UtcTime`] or as seconds of the robot's clock.
@@ -19,6 +19,7 @@ pub mod figure;
 pub mod film;
 pub mod grid;
 pub mod motor;
+pub mod nav_symbols;
 pub mod recording;
 pub mod report;
 pub mod run_folder;

@@ -2,10 +2,11 @@
 //!
 //! Inside Factotum rotations are nalgebra types; components appear only at boundaries: `wxyz` in the
 //! physics engine, `xyzw` on the wire and in ROS. Roll-pitch-yaw is fixed-axis X, Y, Z (REP-103):
-//! `R = Rz(yaw) * Ry(pitch) * Rx(roll)`. Headset space (WebXR, OpenXR) is y up, -z forward.
+//! `R = Rz(yaw) * Ry(pitch) * Rx(roll)`. Headset space (WebXR, OpenXR) is y up, -z forward. Unity's space is
+//! left-handed: x right, y up, z forward.
 
 use crate::{Pose, Pose2};
-use nalgebra::{Matrix3, Point2, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Point2, Point3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::f64::consts::{PI, TAU};
 
 /// Largest `| |q| - 1 |` accepted for a quaternion from outside: text files carry six or more digits.
@@ -142,6 +143,26 @@ pub fn wrap_angle(angle_rad: f64) -> f64 {
 pub fn yaw_facing(from: &Point2<f64>, to: &Point2<f64>) -> f64 {
     let d = to - from;
     d.y.atan2(d.x)
+}
+
+/// A point given in Unity's left-handed axes (x right, y up, z forward), in ours (x forward, y left, z up).
+///
+/// The change of hands is a mirror, so it takes points and directions; rotations follow [`yaw_from_unity`].
+#[must_use]
+pub fn point_from_unity([right, up, forward]: [f64; 3]) -> Point3<f64> {
+    Point3::new(forward, -right, up)
+}
+
+/// The inverse of [`point_from_unity`].
+#[must_use]
+pub fn unity_from_point(point: &Point3<f64>) -> [f64; 3] {
+    [-point.y, point.z, point.x]
+}
+
+/// Our yaw, in (-π, π], of a heading about Unity's y axis (rad, clockwise from above, 0 along its z).
+#[must_use]
+pub fn yaw_from_unity(heading_rad: f64) -> f64 {
+    wrap_angle(-heading_rad)
 }
 
 /// Rotation of a camera's optical frame (z forward, x right, y down) in its body frame (x forward, y left, z up).

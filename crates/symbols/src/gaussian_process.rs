@@ -90,7 +90,6 @@ impl GpKernel {
     }
 
     /// (ln σ, ln ℓ_1, ...).
-    #[cfg(test)]
     fn logs(&self) -> Vec<f64> {
         std::iter::once(self.amplitude.ln())
             .chain(self.lengths.iter().map(|l| l.ln()))
@@ -123,12 +122,54 @@ impl GpClassifier {
     /// Another number of labels, or a value that is not finite.
     pub fn fit(points: &Samples, labels: &[bool], prior: &GpPrior) -> Result<Self, GpError> {
         check(points, labels)?;
-        let starts = starts(points, prior);
+        let centre = centre(points, prior);
+        Ok(Self::climbed(points, labels, &centre, prior.log_deviation))
+    }
+
+    /// Fits with a prior around a kernel, whose lengths come from elsewhere than the samples: ln σ and ln ℓ_m are
+    /// normal around its own, with this standard deviation.
+    ///
+    /// # Errors
+    /// Another number of labels, or a value that is not finite.
+    ///
+    /// # Panics
+    /// If the kernel has another number of lengths than the samples have variables.
+    pub fn fit_near(
+        points: &Samples,
+        labels: &[bool],
+        kernel: &GpKernel,
+        log_deviation: f64,
+    ) -> Result<Self, GpError> {
+        check(points, labels)?;
+        assert_eq!(kernel.lengths.len(), points.n_variables(), "lengths");
+        Ok(Self::climbed(points, labels, &kernel.logs(), log_deviation))
+    }
+
+    /// The posterior for a kernel that is given and stays as it is.
+    ///
+    /// # Errors
+    /// Another number of labels, or a value that is not finite.
+    ///
+    /// # Panics
+    /// If the kernel has another number of lengths than the samples have variables.
+    pub fn with_kernel(
+        points: &Samples,
+        labels: &[bool],
+        kernel: GpKernel,
+    ) -> Result<Self, GpError> {
+        check(points, labels)?;
+        assert_eq!(kernel.lengths.len(), points.n_variables(), "lengths");
+        Ok(Self::posterior(points, labels, kernel))
+    }
+
+    /// The kernel of the greatest posterior, where its logarithms are normal around `centre`.
+    fn climbed(points: &Samples, labels: &[bool], centre: &[f64], log_deviation: f64) -> Self {
+        let starts = starts(centre);
         let log_prior = |logs: &[f64]| -> f64 {
             let z = logs
                 .iter()
-                .zip(&starts[0])
-                .map(|(x, c)| (x - c) / prior.log_deviation);
+                .zip(centre)
+                .map(|(x, c)| (x - c) / log_deviation);
             z.map(|z| -0.5 * z * z).sum()
         };
         // The log posterior of the hyperparameters, but for a constant, and its gradient.
@@ -136,8 +177,8 @@ impl GpClassifier {
             let kernel = GpKernel::from_logs(logs);
             let laplace = Laplace::new(&kernel, points, labels, start);
             let mut gradient = laplace.gradient(&kernel, points);
-            for ((g, x), c) in gradient.iter_mut().zip(logs).zip(&starts[0]) {
-                *g -= (x - c) / prior.log_deviation.powi(2);
+            for ((g, x), c) in gradient.iter_mut().zip(logs).zip(centre) {
+                *g -= (x - c) / log_deviation.powi(2);
             }
             start.clone_from(laplace.residual());
             (
@@ -176,15 +217,10 @@ impl GpClassifier {
         }
         places.sort_by(|a, b| b.value.total_cmp(&a.value));
         let logs = places.swap_remove(0).at;
-        Ok(Self::with_kernel(
-            points,
-            labels,
-            GpKernel::from_logs(&logs),
-        ))
+        Self::posterior(points, labels, GpKernel::from_logs(&logs))
     }
 
-    /// The posterior for a given kernel.
-    fn with_kernel(points: &Samples, labels: &[bool], kernel: GpKernel) -> Self {
+    fn posterior(points: &Samples, labels: &[bool], kernel: GpKernel) -> Self {
         let laplace = Laplace::new(&kernel, points, labels, &[]);
         Self {
             points: points.clone(),
@@ -243,29 +279,23 @@ fn check(points: &Samples, labels: &[bool]) -> Result<(), GpError> {
     Ok(())
 }
 
-/// Where the climbs start, as logarithms: first the middle of the prior, where each length is in proportion to the
-/// spread of its variable (1 if it does not vary), then the same with all lengths equal to their geometric mean.
-fn starts(points: &Samples, prior: &GpPrior) -> [Vec<f64>; 2] {
-    let n = points.len().max(1) as f64;
-    let log_length = |m: usize| {
-        let mean = points.rows().map(|row| row[m]).sum::<f64>() / n;
-        let variance = points
-            .rows()
-            .map(|row| (row[m] - mean).powi(2))
-            .sum::<f64>()
-            / n;
-        let spread = if variance > 0.0 { variance.sqrt() } else { 1.0 };
-        (prior.length_median * spread).ln()
-    };
-    let n_variables = points.n_variables();
-    let log_lengths: Vec<f64> = (0..n_variables).map(log_length).collect();
-    let mean = log_lengths.iter().sum::<f64>() / n_variables.max(1) as f64;
-    let start = |lengths: Vec<f64>| {
-        std::iter::once(prior.amplitude_median.ln())
-            .chain(lengths)
-            .collect()
-    };
-    [start(log_lengths), start(vec![mean; n_variables])]
+/// The middle of the prior, as logarithms: each length is in proportion to the spread of its variable (1 if it does not
+/// vary).
+fn centre(points: &Samples, prior: &GpPrior) -> Vec<f64> {
+    let log_length = |spread: f64| (prior.length_median * spread).ln();
+    std::iter::once(prior.amplitude_median.ln())
+        .chain(points.spreads().into_iter().map(log_length))
+        .collect()
+}
+
+/// Where the climbs start, as logarithms: first the middle of the prior, then the same with all lengths equal to their
+/// geometric mean.
+fn starts(centre: &[f64]) -> [Vec<f64>; 2] {
+    let n_lengths = centre.len() - 1;
+    let mean = centre[1..].iter().sum::<f64>() / n_lengths.max(1) as f64;
+    let mut level = vec![mean; n_lengths + 1];
+    level[0] = centre[0];
+    [centre.to_vec(), level]
 }
 
 /// All samples, or about `n` at even steps through each class.

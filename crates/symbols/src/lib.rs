@@ -22,6 +22,7 @@ pub mod factors;
 pub mod gaussian_process;
 mod grounding;
 pub mod model;
+pub mod navigation_learner;
 mod navigation_symbol;
 pub mod operators;
 pub mod partition;

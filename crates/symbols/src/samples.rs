@@ -95,6 +95,18 @@ impl Samples {
         out
     }
 
+    /// The standard deviation of each variable; 1 for one that does not vary.
+    pub fn spreads(&self) -> Vec<f64> {
+        let n = self.len().max(1) as f64;
+        let spread = |m: usize| {
+            let mean = self.rows().map(|row| row[m]).sum::<f64>() / n;
+            let squares = self.rows().map(|row| (row[m] - mean).powi(2));
+            let variance = squares.sum::<f64>() / n;
+            if variance > 0.0 { variance.sqrt() } else { 1.0 }
+        };
+        (0..self.n_variables).map(spread).collect()
+    }
+
     /// The least and greatest value of each variable; `None` without points.
     pub fn bounds(&self) -> Option<Bounds> {
         let first = self.rows().next()?;

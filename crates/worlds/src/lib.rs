@@ -14,11 +14,13 @@
 //! Frames: the world frame of the scene (x east, y north, z up), the odometry frame (identity where the robot starts),
 //! the base frame (x forward, y left, z up). SI and radians.
 
+pub mod action_map;
 mod assembly;
 mod error;
 mod faults;
 mod ground_truth;
 mod judge;
+pub mod kitchen;
 mod noise;
 mod odometry;
 mod random;

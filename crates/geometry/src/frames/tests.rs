@@ -186,3 +186,16 @@ fn yaw_facing_looks_at_the_target() {
     );
     assert_eq!(yaw_facing(&from, &from), 0.0);
 }
+
+/// Bearings in Unity are atan2(dx, dz), clockwise; ours are the same headings, counter-clockwise.
+#[test]
+fn unity_is_our_mirror() {
+    let unity = [1.0, 0.5, 2.0];
+    let ours = point_from_unity(unity);
+    assert_abs_diff_eq!(ours, Point3::new(2.0, -1.0, 0.5));
+    assert_eq!(unity_from_point(&ours), unity);
+    let bearing_unity = unity[0].atan2(unity[2]);
+    let bearing = yaw_facing(&Point2::origin(), &ours.xy());
+    assert_abs_diff_eq!(yaw_from_unity(bearing_unity), bearing, epsilon = 1e-15);
+    assert_abs_diff_eq!(yaw_from_unity(3.0 * FRAC_PI_2), FRAC_PI_2, epsilon = 1e-15);
+}

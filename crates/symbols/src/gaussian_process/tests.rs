@@ -59,7 +59,7 @@ fn one_sample_is_as_on_paper() {
         amplitude: 1.5,
         lengths: vec![1.0],
     };
-    let gp = GpClassifier::with_kernel(&points, &[true], kernel);
+    let gp = GpClassifier::with_kernel(&points, &[true], kernel).unwrap();
     let mut f = 0.0;
     for _ in 0..200 {
         f += 0.3 * (2.25 * (1.0 - logistic(f)) - f);
