@@ -92,6 +92,9 @@ pub(crate) struct EvalArgs {
     /// Which policy: that of the best evaluation while training, or that of the last.
     #[arg(long, value_enum, default_value_t = PolicyName::Best)]
     policy: PolicyName,
+    /// The policy that a motor skill began with, before any search.
+    #[arg(long, conflicts_with = "policy")]
+    first: bool,
     /// Leave a picture strip (PNG) and a recording (MCAP, for Foxglove) of the first three rollouts in this folder.
     #[arg(long, value_name = "DIR")]
     video: Option<PathBuf>,
@@ -331,7 +334,13 @@ fn eval_command(args: &EvalArgs, console: &Console) -> anyhow::Result<Answer> {
     }
     if motor::is_motor_skill(&args.skill) {
         args.refuse_for_motor()?;
-        return motor::judge(&args.skill, args.video.as_deref(), console);
+        return motor::judge(&args.skill, args.first, args.video.as_deref(), console);
+    }
+    if args.first {
+        return Err(usage(format!(
+            "--first: only a motor skill keeps what it began with, and `{}` is none; --policy last or best",
+            args.skill.display()
+        )));
     }
     let folder = SkillFolder::at(&assets::skill(&args.skill)?);
     let record = folder.record().map_err(usage)?;

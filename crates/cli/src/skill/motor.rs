@@ -317,8 +317,13 @@ impl MotorRun {
     }
 }
 
-/// Rolls out a learned motor skill: nothing in it is random.
-pub(super) fn judge(dir: &Path, video: Option<&Path>, console: &Console) -> anyhow::Result<Answer> {
+/// Rolls out a learned motor skill, or what it began with: nothing in it is random.
+pub(super) fn judge(
+    dir: &Path,
+    is_first: bool,
+    video: Option<&Path>,
+    console: &Console,
+) -> anyhow::Result<Answer> {
     let folder = MotorFolder::at(dir);
     let record = folder.record().map_err(usage)?;
     let task = load_task(&record.task)?;
@@ -330,7 +335,14 @@ pub(super) fn judge(dir: &Path, video: Option<&Path>, console: &Console) -> anyh
         n_epochs: 0,
         resume: true,
     };
-    let rollout = filmed(video, console, |see| training.judge(see).map_err(of_input))?;
+    let rollout = filmed(video, console, |see| {
+        let judged = if is_first {
+            training.judge_first(see)
+        } else {
+            training.judge(see)
+        };
+        judged.map_err(of_input)
+    })?;
     let document = json!({
         "return": rollout.total_reward,
         "object_state": rollout.object_state,

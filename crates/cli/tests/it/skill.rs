@@ -230,6 +230,11 @@ fn a_motor_skill_begins_with_a_plan_and_options_of_the_other_kind_are_refused() 
     assert_eq!(judged.code, Some(0), "{}", judged.stderr);
     assert_eq!(judged.json()["object_state"], lines[1]["object_state"]);
     assert!(dir.join("seen/rollout-1.png").is_file() && dir.join("seen/rollout-1.mcap").is_file());
+    let begun = factotum_in(dir, &["--json", "skill", "eval", "skill", "--first"]);
+    assert_eq!(begun.code, Some(0), "{}", begun.stderr);
+    assert_eq!(begun.json()["object_state"], lines[0]["object_state"]);
+    let contact = factotum_in(dir, &["skill", "eval", "movo-door", "--first"]);
+    assert_refused(&contact, &["--first", "movo-door"]);
 
     let contact = train(
         dir,

@@ -7,7 +7,7 @@ use factotum_skills::bootstrap::PlannedDemo;
 use factotum_worlds::TaskRig;
 use serde::{Deserialize, Serialize};
 
-use super::search::{MotorSearch, begin};
+use super::search::{MotorSearch, SearchState, begin};
 use super::{MotorError, MotorFolder, MotorRecord, MotorRig, MotorRollout};
 
 /// An epoch, as in `metrics.jsonl`; 0 is the policy that it began with.
@@ -149,13 +149,30 @@ impl MotorTraining<'_> {
     /// # Errors
     /// [`MotorError`] without a policy, or when the physics breaks down.
     pub fn judge(&self, watch: &mut dyn FnMut(&TaskRig)) -> Result<MotorRollout, MotorError> {
-        let mut rig = MotorRig::new(self.task)?;
-        let (mut search, _) = begin(&mut rig, self.record, &self.folder.demonstrations()?)?;
         let state = self.folder.search()?;
         let state = state.ok_or_else(|| self.folder.not_this("there is none yet".to_owned()))?;
-        search
-            .restore(state)
-            .map_err(|reason| self.folder.not_this(reason))?;
+        self.judge_after(Some(state), watch)
+    }
+
+    /// Rolls out the policy that it began with.
+    ///
+    /// # Errors
+    /// [`MotorError`] where there is no plan any more, or when the physics breaks down.
+    pub fn judge_first(&self, watch: &mut dyn FnMut(&TaskRig)) -> Result<MotorRollout, MotorError> {
+        self.judge_after(None, watch)
+    }
+
+    fn judge_after(
+        &self,
+        state: Option<SearchState>,
+        watch: &mut dyn FnMut(&TaskRig),
+    ) -> Result<MotorRollout, MotorError> {
+        let mut rig = MotorRig::new(self.task)?;
+        let (mut search, _) = begin(&mut rig, self.record, &self.folder.demonstrations()?)?;
+        if let Some(state) = state {
+            let restored = search.restore(state);
+            restored.map_err(|reason| self.folder.not_this(reason))?;
+        }
         search.roll_out(&mut rig, watch)
     }
 }
