@@ -32,8 +32,8 @@ pub enum FilmError {
     Png(#[from] png::EncodingError),
 }
 
-/// Draws `n` of these moments, evenly spread from the first to the last, beside each other; `state` is one of the same
-/// model, and is left at the last moment.
+/// Draws `n` of these moments beside each other, the first, the last, and between them such that about as much moves from each
+/// to the next; `state` is one of the same model, and is left at the last moment.
 ///
 /// # Errors
 /// [`FilmError::Physics`] for moments of another model.
@@ -45,14 +45,40 @@ pub fn strip(
 ) -> Result<Picture, FilmError> {
     let camera = PinholeCamera::from_fovy(SIZE[0], SIZE[1], FOVY_RAD)?;
     let mut pictures = Vec::with_capacity(n);
-    for i in 0..n.min(moments.len()) {
-        let share = i as f64 / (n.min(moments.len()).max(2) - 1) as f64;
-        let moment = (share * (moments.len() - 1) as f64).round() as usize;
-        state.restore(&moments[moment])?;
+    for moment in spread(state, moments, n)? {
+        state.restore(moment)?;
         state.forward_kinematics()?;
         pictures.push(picture(state, &camera, world_from_optical)?);
     }
     Ok(beside(&pictures))
+}
+
+/// `n` of these moments, or all if there are not so many, by equal shares of what all joints move.
+fn spread<'a>(
+    state: &mut State,
+    moments: &'a [Snapshot],
+    n: usize,
+) -> Result<Vec<&'a Snapshot>, FilmError> {
+    let mut moved = Vec::with_capacity(moments.len());
+    let mut before: Vec<f64> = Vec::new();
+    let mut sum = 0.0;
+    for moment in moments {
+        state.restore(moment)?;
+        let pairs = state.qpos().iter().zip(&before);
+        sum += pairs.map(|(now, before)| (now - before).abs()).sum::<f64>();
+        moved.push(sum);
+        before = state.qpos().to_vec();
+    }
+    let n = n.min(moments.len());
+    let chosen = (0..n).map(|i| {
+        let share = i as f64 / (n.max(2) - 1) as f64;
+        if i + 1 == n {
+            moments.len() - 1
+        } else {
+            moved.partition_point(|moved| *moved < share * sum)
+        }
+    });
+    Ok(chosen.filter_map(|at| moments.get(at)).collect())
 }
 
 /// Pictures of one height from left to right.
@@ -134,6 +160,12 @@ mod tests {
             rows.len() == 3 && rows[0] < rows[1] && rows[1] < rows[2],
             "{rows:?}"
         );
+
+        // Where nothing moves any more there is nothing to see.
+        let last = state.snapshot();
+        moments.resize(10 * moments.len(), last);
+        let still = super::strip(&mut state, &moments, 3, &eye).unwrap();
+        assert_eq!(still.rgb, strip.rgb);
 
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("strip.png");

@@ -176,7 +176,7 @@ async fn a_live_studio_loses_no_edit_and_does_not_panic() {
         Arc::new(AtomicBool::new(false)),
     );
     let over = Arc::clone(&is_over);
-    let keeper = std::thread::spawn(move || {
+    let keep = move || {
         let mut came: BTreeMap<String, u32> = BTreeMap::new();
         loop {
             let was_over = over.load(Ordering::SeqCst);
@@ -193,7 +193,9 @@ async fn a_live_studio_loses_no_edit_and_does_not_panic() {
                 None => {}
             }
         }
-    });
+    };
+    let keeper = std::thread::Builder::new().name("keeper".to_owned());
+    let keeper = keeper.spawn(keep).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(2);
     let cookie = log_in(&studio).await;
     let origin = format!("http://{}", studio.local_address());

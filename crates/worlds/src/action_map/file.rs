@@ -33,6 +33,9 @@ struct RawMap {
     actions: BTreeMap<String, BTreeMap<String, Vec<[f64; 4]>>>,
 }
 
+/// Where a scene comes among others: the words and numbers of its name, then the name.
+type SceneKey = (Vec<(String, u64)>, String);
+
 /// Reads all maps of a folder, files `NAME.json`, sorted by scene, numbers in names by their value.
 ///
 /// # Errors
@@ -42,7 +45,7 @@ pub fn read_folder(folder: &Path) -> Result<Vec<ActionMap>, ActionMapError> {
         path: folder.to_path_buf(),
         source,
     };
-    let mut maps: BTreeMap<(Vec<(String, u64)>, String), (PathBuf, ActionMap)> = BTreeMap::new();
+    let mut maps: BTreeMap<SceneKey, (PathBuf, ActionMap)> = BTreeMap::new();
     let entries = std::fs::read_dir(folder).map_err(failed)?;
     let mut files: Vec<PathBuf> = entries
         .map(|entry| entry.map(|entry| entry.path()))
@@ -191,7 +194,8 @@ fn place(
 ) -> Result<StandingPlace, ActionMapError> {
     let quarters = yaw_from_unity(heading_deg.to_radians()) / FRAC_PI_2;
     let whole = quarters.round();
-    if !((quarters - whole).abs() * FRAC_PI_2 <= HEADING_TOLERANCE_RAD) {
+    let off_rad = (quarters - whole).abs() * FRAC_PI_2;
+    if off_rad.is_nan() || off_rad > HEADING_TOLERANCE_RAD {
         let wanted = "a heading of 0, 90, 180 or 270 degrees";
         return Err(file.value(key(), heading_deg, wanted));
     }
