@@ -8,8 +8,8 @@ use factotum_geometry::cloud::PointCloud;
 use factotum_geometry::grid::{Cell, CellIndex, OccupancyGrid};
 use factotum_geometry::{Pose, Pose2};
 use factotum_semantic_map::{
-    Aosm, By, Edit, EntryKind, Execution, Home, Location, MapError, MapObject, ObjectSource,
-    Request, Thing, home_folder,
+    Aosm, Edit, EntryKind, Execution, Home, Location, MapError, MapObject, ObjectSource, Thing,
+    home_folder,
 };
 use factotum_task_planning::operator::GroundAction;
 use nalgebra::Point3;
@@ -117,7 +117,7 @@ fn an_object_keeps_its_rank_whatever_others_come_and_go() {
     assert_eq!(home.object_rank("unicorn"), None);
 }
 
-fn move_bottle(x: f64) -> Edit {
+pub(crate) fn move_bottle(x: f64) -> Edit {
     Edit::MoveObject {
         name: "bottle_1".to_owned(),
         map_from_object: Pose::translation(x, 0.5, 0.3),
@@ -951,55 +951,4 @@ fn replacing_everything_changes_only_what_differs() {
         .collect();
     assert_eq!(changed, ["objects/bin_1"]);
     assert_eq!(home.aosm(), &aosm);
-}
-
-/// Asked by a request that may come again.
-fn by<'a>(id: &'a str, content: &'a [u8]) -> By<'a> {
-    By {
-        author: "ada",
-        request: Some(Request {
-            id,
-            content,
-            answer: "bottle_1",
-        }),
-    }
-}
-
-#[test]
-fn a_request_is_remembered_with_its_entry_across_processes() {
-    let dir = tempfile::tempdir().unwrap();
-    let mut home = new_home(dir.path());
-    let entry = home.edit(&move_bottle(7.0), by("a", b"to 7"), 1.0).unwrap();
-    // What was refused, or changed nothing, made no entry.
-    let missing = Edit::RemoveObject {
-        name: "unicorn_1".to_owned(),
-    };
-    home.edit(&missing, by("b", b"gone"), 2.0).unwrap_err();
-    home.edit(&move_bottle(7.0), by("c", b"to 7"), 3.0).unwrap();
-    home.undo(by("d", b"undo"), 4.0).unwrap();
-    home.edit(&move_bottle(8.0), "ben", 5.0).unwrap();
-    drop(home);
-    let home = Home::open(dir.path(), 6.0).unwrap();
-    let remembered = home.remembered("a").unwrap().unwrap();
-    assert_eq!(Some(remembered.entry), entry);
-    assert_eq!(remembered.answer, "bottle_1");
-    assert!(remembered.is_of(b"to 7") && !remembered.is_of(b"to 8"));
-    let undone = home.remembered("d").unwrap().unwrap();
-    assert_eq!(undone.entry, entry.unwrap() + 1);
-    for id in ["b", "c", "e"] {
-        assert_eq!(home.remembered(id).unwrap(), None, "{id}");
-    }
-}
-
-#[test]
-fn the_requests_asked_last_are_remembered() {
-    let dir = tempfile::tempdir().unwrap();
-    let mut home = new_home(dir.path());
-    for number in 0..1030_u32 {
-        let id = number.to_string();
-        let edit = move_bottle(f64::from(number) + 10.0);
-        home.edit(&edit, by(&id, b""), 1.0).unwrap();
-    }
-    let is_remembered = |number: u32| home.remembered(&number.to_string()).unwrap().is_some();
-    assert!(!is_remembered(5) && is_remembered(6) && is_remembered(1029));
 }

@@ -7,6 +7,7 @@
 
 mod crash;
 mod home;
+mod requests;
 
 use std::path::{Path, PathBuf};
 
