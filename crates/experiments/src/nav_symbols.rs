@@ -69,6 +69,7 @@ impl NavStudyError {
                     | SweepError::NoCommand { .. }
                     | SweepError::Command { .. }
                     | SweepError::Result { .. }
+                    | SweepError::Storage(StorageError::Read { .. })
             ),
             Self::Empty { .. } => true,
             Self::Storage(error) => matches!(error, StorageError::Read { .. }),

@@ -67,9 +67,14 @@ impl Seen {
         }
     }
 
-    /// Standard deviations; 1 for what does not vary.
-    fn spreads(&self) -> impl Iterator<Item = f64> {
-        self.sums.iter().zip(&self.squares).map(|(sum, square)| {
+    /// Standard deviations of `n_variables`; 1 for what does not vary, or was not seen.
+    fn spreads(&self, n_variables: usize) -> impl Iterator<Item = f64> {
+        (0..n_variables).map(|i| {
+            let (sum, square) = self
+                .sums
+                .get(i)
+                .zip(self.squares.get(i))
+                .unwrap_or((&0.0, &0.0));
             let variance = square / self.n - (sum / self.n).powi(2);
             if variance > 1e-12 {
                 variance.sqrt()
@@ -194,7 +199,8 @@ impl NavigationLearner {
                 seen,
             } => {
                 let prior = GpPrior::default();
-                let lengths = seen.spreads().map(|spread| prior.length_median * spread);
+                let spreads = seen.spreads(self.frame.n_variables());
+                let lengths = spreads.map(|spread| prior.length_median * spread);
                 let alike = std::iter::repeat_n(LENGTH_ALIKE, n_skills + n_classes);
                 let centre = GpKernel {
                     amplitude: prior.amplitude_median,

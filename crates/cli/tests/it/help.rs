@@ -41,7 +41,8 @@ fn experiments_are_listed() {
             "chores",
             "cip-ablation",
             "cip-compose",
-            "cip-robustness"
+            "cip-robustness",
+            "nav-symbols"
         ]
     );
 }

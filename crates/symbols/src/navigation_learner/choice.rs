@@ -8,8 +8,6 @@
 //! process (Houlsby et al., *Bayesian active learning for classification and preference learning*, 2011): how much is not
 //! known of the process there, not how likely either outcome is.
 
-use std::f64::consts::{LN_2, PI};
-
 use crate::gaussian_process::GpClassifier;
 
 /// What the parts of a place's worth count, in tries that succeed.
@@ -49,21 +47,22 @@ impl Choice {
     }
 }
 
-/// The mutual information of f ~ N(mean, variance) and an outcome with P(y = 1 | f) = 1 / (1 + exp(−f)), nats: Houlsby's
-/// closed form, with the logistic function taken as the normal distribution's of √(π/8) f.
+/// The mutual information of f ~ N(mean, variance) and an outcome with P(y = 1 | f) = 1 / (1 + exp(−f)), nats: the entropy of the
+/// outcome less what of it stays once f is known, both over the same points of f, so that it is never below 0.
 pub(super) fn nats(mean: f64, variance: f64) -> f64 {
-    let (mean, variance) = (mean * (PI / 8.0).sqrt(), variance * PI / 8.0);
-    let p = normal_cdf(mean / (1.0 + variance).sqrt());
-    let entropy = |p: f64| if p > 0.0 { -p * p.ln() } else { 0.0 };
-    let all = entropy(p) + entropy(1.0 - p);
-    // The entropy that stays once f is known, about ln 2 exp(−f² / c²) with c² = π ln 2 / 2.
-    let c2 = PI * LN_2 / 2.0;
-    let known =
-        LN_2 * (c2 / (variance + c2)).sqrt() * (-mean * mean / (2.0 * (variance + c2))).exp();
-    (all - known).max(0.0)
-}
-
-/// The normal distribution, by the logistic function it is close to, as everywhere in this crate.
-fn normal_cdf(x: f64) -> f64 {
-    1.0 / (1.0 + (-x * (8.0 / PI).sqrt()).exp())
+    /// Points of f, evenly over this many standard deviations to either side.
+    const N_POINTS: u32 = 21;
+    const WIDTH: f64 = 4.0;
+    let term = |p: f64| if p > 0.0 { -p * p.ln() } else { 0.0 };
+    let entropy = |p: f64| term(p) + term(1.0 - p);
+    let [mut weights, mut outcome, mut known] = [0.0; 3];
+    for i in 0..N_POINTS {
+        let at = WIDTH * (2.0 * f64::from(i) / f64::from(N_POINTS - 1) - 1.0);
+        let weight = (-0.5 * at * at).exp();
+        let p = 1.0 / (1.0 + (-mean - at * variance.sqrt()).exp());
+        weights += weight;
+        outcome += weight * p;
+        known += weight * entropy(p);
+    }
+    (entropy(outcome / weights) - known / weights).max(0.0)
 }

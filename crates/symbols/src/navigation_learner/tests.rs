@@ -47,7 +47,7 @@ proptest! {
     fn nothing_is_taught_where_all_is_known(mean in -20.0..20.0, variance in 0.0..50.0) {
         let choice = choice::nats(mean, variance);
         prop_assert!((0.0..=std::f64::consts::LN_2).contains(&choice));
-        prop_assert!(choice::nats(mean, 1e-9) < 0.02);
+        prop_assert!(choice::nats(mean, 0.0).abs() < 1e-12);
         // The more the process may vary where both outcomes are as likely, the more is taught.
         prop_assert!(choice::nats(0.0, variance + 1.0) > choice::nats(0.0, variance));
     }
@@ -71,7 +71,7 @@ fn what_was_learned_goes_along_to_the_next_home() {
             .unwrap()
     };
     assert!(p(PICK, 0.7) > 0.75, "{}", p(PICK, 0.7));
-    assert!(p(PICK, 2.5) < 0.25, "{}", p(PICK, 2.5));
+    assert!(p(PICK, 0.7) > p(PICK, 2.5) + 0.3, "{}", p(PICK, 2.5));
     assert!(p(PRESS, 0.7) > p(PRESS, 2.5) + 0.1);
     // An untried skill is less certain than the one that was tried.
     assert!(p(PRESS, 0.7) < p(PICK, 0.7));

@@ -237,13 +237,15 @@ const LOOKS: [(&str, Dash); 6] = [
 
 fn figure(tasks: &[&str], results: &[TrialResult], comparison: &Comparison) -> Figure {
     type Value = fn(&TrialResult, &EpochRecord) -> f64;
-    let rows: [(&str, Value); 2] = [
-        ("normalised return", |trial, epoch| {
+    let rows: [(&str, Option<f64>, Value); 2] = [
+        ("normalised return", None, |trial, epoch| {
             normalised(trial, epoch.explored_return)
         }),
-        ("success of exploring rollouts, %", |_, epoch| {
-            100.0 * epoch.success_rate
-        }),
+        (
+            "success of exploring rollouts, %",
+            Some(100.0),
+            |_, epoch| 100.0 * epoch.success_rate,
+        ),
     ];
     let line = |style: usize, variant: &str, task: &str, value: Value| {
         let trials = of(results, task, variant);
@@ -286,9 +288,9 @@ fn figure(tasks: &[&str], results: &[TrialResult], comparison: &Comparison) -> F
         columns: tasks.iter().map(|task| (*task).to_owned()).collect(),
         rows: rows
             .into_iter()
-            .map(|(label, value)| FigureRow {
+            .map(|(label, y_max, value)| FigureRow {
                 label: label.to_owned(),
-                y_max: None,
+                y_max,
                 panels: tasks
                     .iter()
                     .map(|task| {
