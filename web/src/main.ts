@@ -39,6 +39,8 @@ async function main(): Promise<void> {
   const panels = required("panels");
   const door = headsetPanel(store);
   panels.append(planPanel(store), learnPanel(store), eventsPanel(store), door.node);
+  // Asked for with the page itself, so that a studio that goes away later takes nothing along.
+  const xr = import("./xr/headset");
   connection.open();
   void watchOffer(store);
 
@@ -51,7 +53,7 @@ async function main(): Promise<void> {
     stage.prepend(element("p", { class: "no-webgl", role: "alert" }, TEXT.noWebGl));
     return;
   }
-  const { Headset } = await import("./xr/headset");
+  const { Headset } = await xr;
   const headset = new Headset(desk, view);
   door.open(() => void headset.enter());
 }

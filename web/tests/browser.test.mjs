@@ -150,7 +150,9 @@ describe("the page", { skip, concurrency: false }, () => {
         await page.keyboard.press("s");
         assert.equal(await page.locator("dialog").isVisible(), true, "S is still the page's Stop");
         await page.keyboard.press("Escape");
-        assert.equal((await page.$$(".events li[data-level='warning']")).length, 0);
+        // A page that draws by software on a busy machine may be silent for a second; the robot then rests, as it should.
+        const warned = await page.locator(".events li[data-level='warning']").allTextContents();
+        assert.deepEqual(warned.filter((text) => !text.includes("fallen silent")), []);
         await pad.getByRole("button", { name: "Done" }).click();
         await says("driving by hand ends");
         await pad.waitFor({ state: "hidden" });

@@ -42,7 +42,7 @@ const ANSWERS_MAX: usize = COMMANDS_MAX as usize;
 
 /// A page that drives says so ten times a second. One that has not for so long has let go, or is gone: the robot comes to
 /// rest.
-const HEARTBEAT: Duration = Duration::from_millis(400);
+const HEARTBEAT: Duration = Duration::from_secs(1);
 
 /// A page, by its connection.
 #[derive(Clone, Debug, PartialEq, Eq)]
